@@ -96,6 +96,17 @@ bool scene_summary_add_camera(struct scene_summary *summary, const char *name, c
                     err);
 }
 
+bool scene_summary_add_file_scene(struct scene_summary *summary, const char *name, bool is_shown,
+                                  struct error *err)
+{
+    char cut[LIMIT_NAME_BYTES + 1];
+    if (is_shown)
+        summary->file_scene = summary->file_scene_count;
+    utf8_copy(cut, sizeof cut, name);
+    return summary->file_scene_count++ >= SCENE_SUMMARY_NAMES_MAX ||
+           name_list_add(&summary->file_scenes, cut, err);
+}
+
 bool scene_summary_add_animation(struct scene_summary *summary, const char *name, double duration_s,
                                  struct error *err)
 {
@@ -130,6 +141,7 @@ void scene_summary_finish(struct scene_summary *summary)
     free(summary->name);
     name_list_finish(&summary->materials);
     name_list_finish(&summary->node_names);
+    name_list_finish(&summary->file_scenes);
     name_list_finish(&summary->extensions_used);
     name_list_finish(&summary->extensions_ignored);
     name_list_finish(&summary->warnings);
@@ -164,6 +176,7 @@ static const struct count_member count_members[] = {
     {"light_count", offsetof(struct scene_summary, light_count)},
     {"camera_count", offsetof(struct scene_summary, camera_count)},
     {"animation_count", offsetof(struct scene_summary, animation_count)},
+    {"file_scene_count", offsetof(struct scene_summary, file_scene_count)},
 };
 enum { COUNT_MEMBERS = sizeof count_members / sizeof *count_members };
 
@@ -257,6 +270,9 @@ json_t *scene_summary_to_json(const struct scene_summary *summary)
     json_put(&writer, "cameras", write_items(summary->cameras, summary->camera_list_count));
     json_put(&writer, "animations", write_animations(summary));
     json_put(&writer, "node_names", write_names(&summary->node_names));
+    json_put(&writer, "file_scenes", write_names(&summary->file_scenes));
+    if (summary->file_scene_count > 0)
+        json_put_integer(&writer, "file_scene", summary->file_scene);
     json_put(&writer, "bounds", write_bounds(summary));
     json_put(&writer, "bytes", write_bytes(summary));
     json_put(&writer, "extensions", write_extensions(summary));
@@ -396,6 +412,8 @@ static bool read_summary(const struct json_node *root, struct scene_summary *sum
     struct json_node id = json_member(root, "id"), name = json_member(root, "name");
     struct json_node materials = json_member(root, "materials");
     struct json_node node_names = json_member(root, "node_names");
+    struct json_node file_scenes = json_member(root, "file_scenes");
+    struct json_node file_scene = json_member(root, "file_scene");
     struct json_node lights = json_member(root, "lights"), cameras = json_member(root, "cameras");
     struct json_node animations = json_member(root, "animations");
     struct json_node warnings = json_member(root, "warnings");
@@ -409,6 +427,8 @@ static bool read_summary(const struct json_node *root, struct scene_summary *sum
     return json_read_text(&id, summary->id, sizeof summary->id) && read_counts(root, summary) &&
            read_names(&materials, &summary->materials) &&
            read_names(&node_names, &summary->node_names) &&
+           read_names(&file_scenes, &summary->file_scenes) &&
+           json_read_uint64(&file_scene, &summary->file_scene) &&
            read_list(&lights, read_light, summary) && read_list(&cameras, read_camera, summary) &&
            read_list(&animations, read_animation, summary) && read_parts(root, summary) &&
            read_names(&warnings, &summary->warnings) &&

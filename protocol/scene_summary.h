@@ -42,7 +42,10 @@ struct scene_summary {
     uint64_t material_count, light_count, camera_count, animation_count; /* may be more than the
                                                                             lists hold */
     struct name_list materials, node_names;
-    struct summary_item *lights; /* owned; light_list_count of them */
+    struct name_list file_scenes; /* of the file, in its order; "" without a name */
+    uint64_t file_scene_count;    /* may be more than the list holds */
+    uint64_t file_scene;          /* which of them is shown, where there are any */
+    struct summary_item *lights;  /* owned; light_list_count of them */
     size_t light_list_count;
     struct summary_item *cameras; /* owned */
     size_t camera_list_count;
@@ -63,6 +66,9 @@ MUST_CHECK bool scene_summary_add_camera(struct scene_summary *summary, const ch
                                          const char *type, struct error *err);
 MUST_CHECK bool scene_summary_add_animation(struct scene_summary *summary, const char *name,
                                             double duration_s, struct error *err);
+/* One more scene of the file; beyond SCENE_SUMMARY_NAMES_MAX its name is left out. */
+MUST_CHECK bool scene_summary_add_file_scene(struct scene_summary *summary, const char *name,
+                                             bool is_shown, struct error *err);
 /* What a scene may be called: 1 to LIMIT_FILE_NAME_BYTES bytes of UTF-8 without control
  * characters; else ERROR_INVALID_REQUEST. */
 MUST_CHECK bool scene_name_check(const char *name, struct error *err);

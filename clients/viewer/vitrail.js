@@ -183,9 +183,11 @@ export class Vitrail {
    * Brings a scene: one GLB, or files of which one is the .gltf or .glb. Answers its summary;
    * posting the same content again is harmless.
    * @param {Blob|{name: string, blob: Blob}[]} content files are named as the .gltf refers to them
-   * @param {{onProgress?: (share: number) => void, signal?: AbortSignal}} [options]
+   * @param {{scene?: string, onProgress?: (share: number) => void, signal?: AbortSignal}} [options]
+   *   scene: which of the file, by its name or "#1", its index
    */
-  async postScene(content, { onProgress, signal } = {}) {
+  async postScene(content, { scene, onProgress, signal } = {}) {
+    const path = "/v1/scenes" + (scene ? `?scene=${encodeURIComponent(scene)}` : "");
     let body = content;
     const headers = {};
     if (content instanceof Blob) headers["Content-Type"] = "model/gltf-binary";
@@ -194,8 +196,8 @@ export class Vitrail {
       for (const { name, blob } of content) body.append(name, blob, name);
     }
     if (!onProgress || typeof XMLHttpRequest === "undefined")
-      return this.json("/v1/scenes", { method: "POST", headers, body, signal });
-    return this.#postWithProgress("/v1/scenes", headers, body, onProgress, signal);
+      return this.json(path, { method: "POST", headers, body, signal });
+    return this.#postWithProgress(path, headers, body, onProgress, signal);
   }
 
   /**

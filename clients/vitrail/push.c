@@ -11,7 +11,7 @@
 struct push_options {
     struct common_options common;
     bool force, strict, demo;
-    const char *name;
+    const char *name, *scene;
 };
 
 /* path: NULL for the demo scene. */
@@ -38,7 +38,8 @@ static bool push_scene(struct session *session, const struct push_options *optio
                        const char *path, struct failure *failure)
 {
     struct scene_push push;
-    if (path ? !scene_source_push(session, path, options->name, options->force, &push, failure)
+    struct scene_wish wish = {options->name, options->scene, options->force};
+    if (path ? !scene_source_push(session, path, &wish, &push, failure)
              : !scene_source_push_demo(session, options->name, &push, failure))
         return false;
     json_t *warnings = warnings_of_scene(session, push.id, failure);
@@ -61,6 +62,9 @@ static bool push_run(void *context, const struct text_list *files, struct failur
     if (options->name && files->count + options->demo > 1)
         return fail(failure, EXIT_CODE_USAGE, "--name is for one FILE, and there are %zu",
                     files->count + options->demo);
+    if (options->scene && (files->count != 1 || options->demo))
+        return fail(failure, EXIT_CODE_USAGE, "--scene is for one FILE, and there are %zu",
+                    files->count + options->demo);
     for (size_t i = 0; i < files->count && is_ok; i++)
         is_ok = scene_source_check(files->items[i], failure);
     is_ok = is_ok && session_begin(&session, &options->common, failure);
@@ -80,6 +84,9 @@ static const struct option OPTIONS[] = {
      offsetof(struct push_options, force)},
     {OPTION_TEXT, "name", 0, "NAME", "what the scene is called (default: as its file)",
      offsetof(struct push_options, name)},
+    {OPTION_TEXT, "scene", 0, "NAME",
+     "which scene of the FILE: its name, or #1, its index\n(default: the one that the file names)",
+     offsetof(struct push_options, scene)},
     {OPTION_FLAG, "strict", 0, NULL, "a scene with warnings is a failure",
      offsetof(struct push_options, strict)},
     {0},

@@ -134,15 +134,19 @@ static bool read_id(const struct http_reply *reply, const char *task, char id[SC
     return is_ok;
 }
 
-/* The address of a post with the name escaped (RFC 3986, 2.1): all but the unreserved characters as
- * "%XX". */
-static void make_address(char *out, size_t out_bytes, const char *route, const char *name)
+/* Adds a member to the query of an address, its value escaped (RFC 3986, 2.1): all but the
+ * unreserved characters as "%XX". Without a value, nothing. */
+static void add_query(char *address, size_t address_bytes, const char *key, const char *value)
 {
     static const char unreserved[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~";
-    size_t used = (size_t)snprintf(out, out_bytes, "%s%s", route, name ? "?name=" : "");
-    for (const char *at = name; at && *at && used + 4 <= out_bytes; at++)
-        used += (size_t)snprintf(out + used, out_bytes - used,
+    size_t used = strlen(address);
+    if (!value)
+        return;
+    used += (size_t)snprintf(address + used, address_bytes - used,
+                             "%c%s=", strchr(address, '?') ? '&' : '?', key);
+    for (const char *at = value; *at && used + 4 <= address_bytes; at++)
+        used += (size_t)snprintf(address + used, address_bytes - used,
                                  strchr(unreserved, *at) ? "%c" : "%%%02X", (unsigned char)*at);
 }
 
@@ -155,10 +159,11 @@ static void name_from_path(const char *path, char name[SCENE_NAME_BYTES])
 }
 
 static bool upload(struct session *session, const char *path, const struct gltf_files *files,
-                   const char *name, char id[SCENE_ID_BYTES], struct failure *failure)
+                   const struct scene_wish *wish, char id[SCENE_ID_BYTES], struct failure *failure)
 {
     struct http_reply reply;
-    char address[sizeof "/v1/scenes?name=" + 3 * SCENE_NAME_BYTES];
+    const char *name = wish->name;
+    char address[sizeof "/v1/scenes?name=&scene=" + 6 * SCENE_NAME_BYTES] = "/v1/scenes";
     struct http_request request = {.method = "POST",
                                    .path = address,
                                    .sending = PROGRESS_STAGE_UPLOAD,
@@ -170,7 +175,8 @@ static bool upload(struct session *session, const char *path, const struct gltf_
         name_from_path(path, file_name);
         name = *file_name ? file_name : NULL;
     }
-    make_address(address, sizeof address, "/v1/scenes", name);
+    add_query(address, sizeof address, "name", name);
+    add_query(address, sizeof address, "scene", wish->scene);
     if (files) {
         request.parts = files->files;
         request.part_count = files->count;
@@ -211,7 +217,7 @@ static bool rename_scene(struct session *session, const char *id, const char *na
     return is_ok;
 }
 
-bool scene_source_push(struct session *session, const char *path, const char *name, bool force,
+bool scene_source_push(struct session *session, const char *path, const struct scene_wish *wish,
                        struct scene_push *push, struct failure *failure)
 {
     struct gltf_files files;
@@ -221,18 +227,19 @@ bool scene_source_push(struct session *session, const char *path, const char *na
     if (!is_glb(path, &is_binary, failure))
         return false;
     if (is_binary) {
-        if (!force && (!hash_file(session, path, push->id, failure) ||
-                       !server_has(session, push->id, &is_there, failure)))
+        if (!wish->force && !wish->scene &&
+            (!hash_file(session, path, push->id, failure) ||
+             !server_has(session, push->id, &is_there, failure)))
             return false;
         if (is_there)
-            return !name || rename_scene(session, push->id, name, failure);
+            return !wish->name || rename_scene(session, push->id, wish->name, failure);
         push->was_sent = true;
-        return upload(session, path, NULL, name, push->id, failure);
+        return upload(session, path, NULL, wish, push->id, failure);
     }
     if (!gltf_files_find(&files, path, failure))
         return false;
     push->was_sent = true;
-    is_ok = upload(session, path, &files, name, push->id, failure);
+    is_ok = upload(session, path, &files, wish, push->id, failure);
     gltf_files_finish(&files);
     return is_ok;
 }
@@ -240,12 +247,12 @@ bool scene_source_push(struct session *session, const char *path, const char *na
 bool scene_source_push_demo(struct session *session, const char *name, struct scene_push *push,
                             struct failure *failure)
 {
-    char address[sizeof "/v1/scenes/demo?name=" + 3 * SCENE_NAME_BYTES];
+    char address[sizeof "/v1/scenes/demo?name=" + 3 * SCENE_NAME_BYTES] = "/v1/scenes/demo";
     struct http_reply reply;
     bool is_ok;
 
     *push = (struct scene_push){0};
-    make_address(address, sizeof address, "/v1/scenes/demo", name);
+    add_query(address, sizeof address, "name", name);
     if (!session_ask(session,
                      &(struct http_request){
                          .method = "POST", .path = address, .waiting = PROGRESS_STAGE_DECODE},
@@ -278,7 +285,8 @@ static bool bring(struct session *session, const char *source, bool force, json_
 {
     bool is_ok = scene_source_is_on_server(source)
                      ? scene_reference_resolve(session, source, push->id, failure)
-                     : scene_source_push(session, source, NULL, force, push, failure);
+                     : scene_source_push(session, source, &(struct scene_wish){.force = force},
+                                         push, failure);
     if (!is_ok)
         return false;
     return json_object_set_new(object, "scene", json_string(push->id)) == 0 ||

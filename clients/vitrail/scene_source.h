@@ -22,10 +22,16 @@ bool scene_source_is_on_server(const char *text);
  * started for it. */
 bool scene_source_check(const char *path, struct failure *failure);
 
-/* Brings the file to the server unless it is there already; `force` skips the question. A scene
- * that is new to the server is called as its file; with a `name`, any is called so. A GLB is sent
- * as it is, a .gltf with all files it needs as multipart/form-data. */
-bool scene_source_push(struct session *session, const char *path, const char *name, bool force,
+/* What a post asks for beside the file. */
+struct scene_wish {
+    const char *name;  /* what the scene is called; NULL: as its file, if it is new to the server */
+    const char *scene; /* which of the file; NULL: the file's own choice */
+    bool force;        /* send it without the question whether the server has it */
+};
+
+/* Brings the file to the server unless it is there already. A GLB is sent as it is, a .gltf with
+ * all files it needs as multipart/form-data. One scene of a file is asked for by sending it. */
+bool scene_source_push(struct session *session, const char *path, const struct scene_wish *wish,
                        struct scene_push *push, struct failure *failure);
 
 /* Has the server make its demo scene, called `name`, NULL: "demo"; one that it has keeps its name

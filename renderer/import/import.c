@@ -233,7 +233,7 @@ bool scene_import(const struct scene_import_desc *desc, void **blob, size_t *siz
     *size_bytes = 0;
     if (!check_desc(desc, err))
         return false;
-    struct importer importer = {.max_image_pixels = 0};
+    struct importer importer = {.desc = desc};
     bool is_done = import_all(&importer, desc, err) &&
                    blob_writer_write(&importer.writer, &importer.header, desc->write != NULL, blob,
                                      size_bytes, err) &&

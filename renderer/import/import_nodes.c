@@ -63,13 +63,53 @@ static bool check_cycles(const struct gltf_document *document, const int32_t *pa
     return error_set(err, ERROR_INVALID_SCENE, "the node hierarchy has a cycle (at node %zu)", at);
 }
 
-/* The scene's roots: those of `scene`, else of scene 0, else, without scenes, all nodes without
- * parent. */
+/* The index of a scene by its name, else by "#1"; -1. */
+static int find_scene(const struct gltf_document *document, const char *name)
+{
+    char *end = NULL;
+    for (size_t i = 0; i < document->scene_count; i++)
+        if (strcmp(document->scenes[i].name, name) == 0)
+            return (int)i;
+    if (name[0] != '#' || name[1] < '0' || name[1] > '9')
+        return -1;
+    unsigned long long index = strtoull(name + 1, &end, 10);
+    return *end == '\0' && index < document->scene_count ? (int)index : -1;
+}
+
+static bool choose_scene(const struct importer *importer, int *scene, struct error *err)
+{
+    const struct gltf_document *document = importer->document;
+    const char *wanted = importer->desc->scene;
+    *scene = document->default_scene == -1 ? 0 : document->default_scene;
+    if (wanted && (*scene = find_scene(document, wanted)) < 0)
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "the file has no scene '%.100s' among its %zu%s%.80s%s", wanted,
+                         document->scene_count, document->scene_count ? ", the first is '" : "",
+                         document->scene_count ? document->scenes[0].name : "",
+                         document->scene_count ? "'" : "");
+    return document->scene_count == 0 || (*scene >= 0 && (size_t)*scene < document->scene_count) ||
+           error_set(err, ERROR_INVALID_SCENE, "there is no scene %d", *scene);
+}
+
+static bool tell_scenes(const struct importer *importer, int shown, struct error *err)
+{
+    const struct scene_import_desc *desc = importer->desc;
+    for (size_t i = 0; desc->tell_scene && i < importer->document->scene_count; i++)
+        if (!desc->tell_scene(desc->context, importer->document->scenes[i].name, i == (size_t)shown,
+                              err))
+            return false;
+    return true;
+}
+
+/* The scene's roots: those of the scene that is shown; without scenes, all nodes without parent. */
 static bool push_roots(struct importer *importer, const int32_t *parents, uint32_t *stack,
                        size_t *count, struct error *err)
 {
     const struct gltf_document *document = importer->document;
+    int scene;
     *count = 0;
+    if (!choose_scene(importer, &scene, err) || !tell_scenes(importer, scene, err))
+        return false;
     if (document->scene_count == 0) {
         for (size_t i = document->node_count; i-- > 0;)
             if (parents[i] < 0)
@@ -77,9 +117,6 @@ static bool push_roots(struct importer *importer, const int32_t *parents, uint32
         return *count == 0 ||
                importer_warn(importer, err, "the file has no scene; all its nodes are shown");
     }
-    int scene = document->default_scene == -1 ? 0 : document->default_scene;
-    if (scene < 0 || (size_t)scene >= document->scene_count)
-        return error_set(err, ERROR_INVALID_SCENE, "there is no scene %d", scene);
     struct gltf_indices roots = document->scenes[scene].nodes;
     for (size_t i = roots.count; i-- > 0;) {
         int root = roots.values[i];

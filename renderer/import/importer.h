@@ -10,6 +10,7 @@
 #include "renderer/scene/scene.h"
 
 struct importer {
+    const struct scene_import_desc *desc; /* borrowed */
     struct gltf_package package;
     struct gltf_json json;
     struct gltf_document *document; /* owned */

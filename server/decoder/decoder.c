@@ -77,13 +77,24 @@ static bool enter_cage(const struct decode_work *work, struct error *err)
                          err);
 }
 
-static bool write_summary(const struct scene *scene, int fd, struct error *err)
+/* What the import hands over on its way. */
+struct outcome {
+    int blob_fd;
+    struct scene_summary summary;
+};
+
+static bool add_scene(void *context, const char *name, bool is_shown, struct error *err)
 {
-    struct scene_summary summary = {0};
-    if (!scene_summary_from_scene(scene, &summary, err))
+    struct scene_summary *summary = &((struct outcome *)context)->summary;
+    return scene_summary_add_file_scene(summary, name, is_shown, err);
+}
+
+static bool write_summary(const struct scene *scene, struct scene_summary *summary, int fd,
+                          struct error *err)
+{
+    if (!scene_summary_from_scene(scene, summary, err))
         return false;
-    char *text = scene_summary_to_json_text(&summary);
-    scene_summary_finish(&summary);
+    char *text = scene_summary_to_json_text(summary);
     bool is_good = text ? ipc_write_all(fd, text, strlen(text), err)
                         : error_set(err, ERROR_NO_MEMORY, "summary of the scene");
     free(text);
@@ -93,8 +104,8 @@ static bool write_summary(const struct scene *scene, int fd, struct error *err)
 static bool write_blob(void *context, uint64_t offset_bytes, const void *bytes, size_t size_bytes,
                        struct error *err)
 {
-    const int *fd = context;
-    return ipc_pwrite_all(*fd, bytes, size_bytes, offset_bytes, err) ||
+    const struct outcome *outcome = context;
+    return ipc_pwrite_all(outcome->blob_fd, bytes, size_bytes, offset_bytes, err) ||
            error_wrap(err, "storing the scene");
 }
 
@@ -111,18 +122,22 @@ static bool decode(const struct decode_work *work, struct error *err)
     void *blob = NULL;
     size_t size_bytes = 0;
     struct scene scene;
-    int fd = work->job.fds[FD_BLOB];
+    struct outcome outcome = {.blob_fd = work->job.fds[FD_BLOB]};
+    const struct scene_import_desc desc = {
+        .files = work->files,
+        .file_count = work->file_count,
+        .max_blob_bytes = LIMIT_SCENE_BLOB_BYTES,
+        .scene = json_string_value(json_object_get(work->job.json, "scene")),
+        .tell_scene = add_scene,
+        .write = write_blob,
+        .context = &outcome};
     bool is_good =
-        scene_import(&(struct scene_import_desc){.files = work->files,
-                                                 .file_count = work->file_count,
-                                                 .max_blob_bytes = LIMIT_SCENE_BLOB_BYTES,
-                                                 .write = write_blob,
-                                                 .context = &fd},
-                     &blob, &size_bytes, err) &&
+        scene_import(&desc, &blob, &size_bytes, err) &&
         (scene_open_head(&scene, blob, size_bytes, err) || error_wrap(err, "the decoded scene")) &&
-        write_summary(&scene, work->job.fds[FD_SUMMARY], err) &&
-        write_blob(&fd, 0, blob, size_bytes, err) &&
-        set_blob_size(fd, scene.header->size_bytes, err);
+        write_summary(&scene, &outcome.summary, work->job.fds[FD_SUMMARY], err) &&
+        write_blob(&outcome, 0, blob, size_bytes, err) &&
+        set_blob_size(outcome.blob_fd, scene.header->size_bytes, err);
+    scene_summary_finish(&outcome.summary);
     free(blob);
     return is_good;
 }

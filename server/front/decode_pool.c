@@ -62,9 +62,9 @@ static json_t *describe_job(const struct decode_pool *pool, const struct upload 
             json_decref(list);
             return NULL;
         }
-    return list ? json_pack("{s:o,s:I,s:i}", "files", list, "memory_bytes",
-                            (json_int_t)pool->config->decode_memory_bytes, "timeout_s",
-                            pool->config->decode_timeout_s)
+    return list ? json_pack("{s:o,s:s?,s:I,s:i}", "files", list, "scene", upload_scene(upload),
+                            "memory_bytes", (json_int_t)pool->config->decode_memory_bytes,
+                            "timeout_s", pool->config->decode_timeout_s)
                 : NULL;
 }
 

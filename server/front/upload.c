@@ -26,6 +26,7 @@ struct upload {
     size_t count, capacity;
     char magic[4]; /* first bytes of the body */
     char *name;    /* owned; what the scene is to be called, NULL: as its file */
+    char *scene;   /* owned; which of the file, NULL: its own choice */
 };
 
 static bool spool_write(struct upload *upload, const void *bytes, size_t size_bytes,
@@ -191,6 +192,7 @@ void upload_destroy(struct upload *upload)
         free(upload->files[i].name);
     free(upload->files);
     free(upload->name);
+    free(upload->scene);
     multipart_destroy(upload->multipart);
     digest_destroy(upload->digest);
     close(upload->fd);
@@ -233,6 +235,17 @@ static bool digest_manifest(struct upload *upload, char id[DIGEST_TEXT_BYTES], s
     return true;
 }
 
+/* Of one scene of what has the id. */
+static void digest_scene(struct upload *upload, char id[DIGEST_TEXT_BYTES])
+{
+    digest_write(upload->digest, "vitrail-scene-of-1\n", 19);
+    digest_write(upload->digest, id, DIGEST_TEXT_BYTES - 1);
+    digest_write(upload->digest, " ", 1);
+    digest_write(upload->digest, upload->scene, strlen(upload->scene));
+    digest_write(upload->digest, "\n", 1);
+    digest_end(upload->digest, id);
+}
+
 bool upload_end(struct upload *upload, char id[DIGEST_TEXT_BYTES], struct error *err)
 {
     if (upload->multipart) {
@@ -248,9 +261,12 @@ bool upload_end(struct upload *upload, char id[DIGEST_TEXT_BYTES], struct error 
         return error_set(err, ERROR_INVALID_REQUEST, "multipart: the body holds no file");
     if (upload_size_bytes(upload) == 0)
         return error_set(err, ERROR_INVALID_SCENE, "the upload is empty");
-    if (upload->count > 1)
-        return digest_manifest(upload, id, err);
-    memcpy(id, upload->files[0].sha256, DIGEST_TEXT_BYTES);
+    if (upload->count == 1)
+        memcpy(id, upload->files[0].sha256, DIGEST_TEXT_BYTES);
+    else if (!digest_manifest(upload, id, err))
+        return false;
+    if (upload->scene)
+        digest_scene(upload, id);
     return true;
 }
 
@@ -278,6 +294,18 @@ bool upload_set_name(struct upload *upload, const char *name, struct error *err)
     free(upload->name);
     upload->name = strdup(name);
     return upload->name || error_set(err, ERROR_NO_MEMORY, "name of a scene");
+}
+
+bool upload_choose_scene(struct upload *upload, const char *scene, struct error *err)
+{
+    free(upload->scene);
+    upload->scene = strdup(scene);
+    return upload->scene || error_set(err, ERROR_NO_MEMORY, "name of a scene");
+}
+
+const char *upload_scene(const struct upload *upload)
+{
+    return upload->scene;
 }
 
 const char *upload_name(const struct upload *upload)

@@ -4,7 +4,9 @@
  *
  * The id of what was uploaded: a single file has the SHA-256 of its bytes. Several files have the
  * SHA-256 of a manifest: the line "vitrail-scene-1", then for each file, sorted by the bytes of its
- * name, "SHA-256 SIZE NAME", each line ended by one line feed. */
+ * name, "SHA-256 SIZE NAME", each line ended by one line feed. Where one scene of the file was
+ * chosen, the id is the SHA-256 of the line "vitrail-scene-of-1" and the line "ID SCENE", ID being
+ * that of the above. */
 #ifndef VITRAIL_SERVER_FRONT_UPLOAD_H
 #define VITRAIL_SERVER_FRONT_UPLOAD_H
 
@@ -42,6 +44,9 @@ const struct upload_file *upload_files(const struct upload *upload, size_t *coun
 uint64_t upload_size_bytes(const struct upload *upload); /* of all files */
 /* Sets the name of the scene; copied. */
 MUST_CHECK bool upload_set_name(struct upload *upload, const char *name, struct error *err);
+/* Chooses the scene of the file; copied. Before upload_end. */
+MUST_CHECK bool upload_choose_scene(struct upload *upload, const char *scene, struct error *err);
+const char *upload_scene(const struct upload *upload); /* NULL: the file's own choice */
 /* The name that was set; else that of the .gltf or .glb; "" when the body was the file. */
 const char *upload_name(const struct upload *upload);
 

@@ -40,13 +40,29 @@ static void reply_stored(struct service *service, struct http_exchange *exchange
     reply_json(exchange, is_new ? 201 : 200, summary);
 }
 
-/* ?name= of a post; NULL: the scene is called as its file. */
-static bool read_name(const struct http_exchange *exchange, const char **name, struct error *err)
+struct post_query {
+    const char *name;  /* NULL: the scene is called as its file */
+    const char *scene; /* which of the file; NULL: its own choice */
+};
+
+static bool read_query(const struct http_exchange *exchange, bool is_file, struct post_query *query,
+                       struct error *err)
 {
-    static const char *const known[] = {"name", NULL};
-    *name = http_request_query(exchange, "name");
+    const char *const known[] = {"name", is_file ? "scene" : NULL, NULL};
+    query->name = http_request_query(exchange, "name");
+    query->scene = http_request_query(exchange, "scene");
     return http_request_check_query(exchange, known, err) &&
-           (!*name || scene_name_check(*name, err) || error_wrap(err, "?name="));
+           (!query->name || scene_name_check(query->name, err) || error_wrap(err, "?name=")) &&
+           (!query->scene || scene_name_check(query->scene, err) || error_wrap(err, "?scene="));
+}
+
+/* Puts into the upload what was asked for beside its bytes. */
+static bool set_query(struct upload *upload, const struct post_query *query,
+                      const char *default_name, struct error *err)
+{
+    const char *name = query->name ? query->name : default_name;
+    return (!name || upload_set_name(upload, name, err)) &&
+           (!query->scene || upload_choose_scene(upload, query->scene, err));
 }
 
 /* A post with an empty upload, attached to its exchange; NULL with the reply made. */
@@ -55,7 +71,7 @@ static struct scene_post *begin_post(struct service *service, struct http_exchan
 {
     struct error problem = {0};
     int spool_fd = -1;
-    const char *name = NULL;
+    struct post_query query = {0};
     struct scene_post *post = calloc(1, sizeof *post);
     if (post) {
         post->service = service;
@@ -64,15 +80,14 @@ static struct scene_post *begin_post(struct service *service, struct http_exchan
     }
     if (!post)
         error_set(&problem, ERROR_NO_MEMORY, "upload");
-    else if (read_name(exchange, &name, &problem) && atomic_load(&service->is_draining))
+    else if (read_query(exchange, !default_name, &query, &problem) &&
+             atomic_load(&service->is_draining))
         error_set(&problem, ERROR_OVERLOADED, "the server is stopping");
     else if (problem.code == ERROR_NONE)
         spool_fd = scene_store_open_spool(service->store, &problem);
     if (spool_fd >= 0)
         post->upload = upload_create(content_type, spool_fd, &problem);
-    if (!name)
-        name = default_name;
-    if (post && post->upload && (!name || upload_set_name(post->upload, name, &problem)))
+    if (post && post->upload && set_query(post->upload, &query, default_name, &problem))
         return post;
     http_reply_error(exchange, &problem);
     return NULL;

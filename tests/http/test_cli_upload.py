@@ -44,6 +44,14 @@ class UploadTest(CliTest):
         _, err = self.run_cli("push", self.scene(), self.scene(), "--name", "both", code=2)
         self.assertIn("--name is for one FILE, and there are 2", err)
 
+    def test_one_scene_of_a_file_is_asked_for_by_name(self):
+        self.run_cli("push", self.scene())
+        self.run_cli("push", self.scene(), "--scene", "#1 & more", "--name", "x")
+        path = self.stub.sent("POST", "/v1/scenes")[-1].path
+        self.assertIn("?name=x&scene=%231%20%26%20more", path)
+        _, err = self.run_cli("push", self.scene(), self.scene(), "--scene", "Night", code=2)
+        self.assertIn("--scene is for one FILE, and there are 2", err)
+
     def test_the_server_makes_the_demo_scene_and_nothing_is_sent(self):
         out, _ = self.run_cli("push", "--demo")
         self.assertEqual(out, "de" * 32 + "\n")

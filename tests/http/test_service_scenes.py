@@ -59,7 +59,7 @@ class DemoScene(support.ServiceTest):
         self.assertLessEqual({reply.status for reply in replies}, {200, 201})
 
     def test_it_keeps_to_the_limits_of_uploads(self):
-        for query in ("?name=", "?nam=x", "?name=a%0Ab"):
+        for query in ("?name=", "?nam=x", "?name=a%0Ab", "?scene=%230"):
             self.assertEqual(400, post_demo(self.daemon, query).status, query)
         with support.Daemon("--max-upload-bytes", "10240") as daemon:
             reply = post_demo(daemon)
@@ -129,6 +129,36 @@ class Scenes(support.ServiceTest):
         self.assertEqual(
             sha256(content), self.daemon.post_scene(*multipart({"a.glb": content})).json()["id"]
         )
+
+    def test_a_scene_of_a_file_is_a_scene_of_its_own(self):
+        content = triangle("several", scenes=[{"name": "Day", "nodes": [0]}, {"name": "Night é"}])
+        own = self.daemon.post_scene(content).json()
+        self.assertEqual((sha256(content), ["Day", "Night é"], 0, 1),
+                         (own["id"], own["file_scenes"], own["file_scene"], own["triangles"]))
+        for query, text in (("?scene=Night%20%C3%A9&name=dark", "Night é"), ("?scene=%231", "#1")):
+            reply = self.daemon.post_scene(content, query=query)
+            other = reply.json()
+            manifest = f"vitrail-scene-of-1\n{own['id']} {text}\n".encode()
+            self.assertEqual((201, sha256(manifest), 1, 0),
+                             (reply.status, other["id"], other["file_scene"], other["triangles"]))
+            self.assertEqual(200, self.daemon.post_scene(content, query=query).status)
+        files = {**gltf_files("several/"), "more.bin": b"more"}
+        manifest = f"vitrail-scene-of-1\n{manifest_id(files)} #0\n".encode()
+        reply = self.daemon.post_scene(*multipart(files), query="?scene=%230")
+        self.assertEqual(sha256(manifest), reply.json()["id"])
+
+    def test_a_scene_that_the_file_does_not_have_is_refused(self):
+        content = triangle("few", scenes=[{"name": "Day", "nodes": [0]}])
+        for scene in ("Dusk", "%231", "%23", "%23-1", "day", "%23184467440737095516160"):
+            reply = self.daemon.post_scene(content, query="?scene=" + scene)
+            self.assertEqual((400, "invalid_request"), (reply.status, reply.code), scene)
+            self.assertIn("the first is 'Day'", reply.json()["detail"])
+        for query in ("?scene=", "?scene=a%0Ab", "?scene=%FF", "?scene=" + 513 * "n"):
+            self.assertEqual(400, self.daemon.post_scene(content, query=query).status, query)
+        without = triangle_document("none")
+        del without["scenes"], without["scene"]
+        reply = self.daemon.post_scene(glb(without, TRIANGLE), query="?scene=%230")
+        self.assertIn("no scene '#0' among its 0", reply.json()["detail"])
 
     def test_the_list_grows_and_shrinks_in_order(self):
         ids = [self.daemon.push(triangle(f"listed-{i}")) for i in range(3)]

@@ -372,6 +372,8 @@ static void fill_summary(struct scene_summary *summary)
         assert_true(name_list_add(&summary->materials, name, &err));
     }
     assert_true(name_list_add(&summary->node_names, "", &err));
+    assert_true(scene_summary_add_file_scene(summary, "Day", false, &err));
+    assert_true(scene_summary_add_file_scene(summary, "Night", true, &err));
     assert_true(name_list_add(&summary->extensions_used, "KHR_lights_punctual", &err));
     assert_true(name_list_add(&summary->extensions_ignored, "KHR_materials_sheen", &err));
     assert_true(name_list_add(&summary->warnings, "sheen is ignored", &err));
@@ -425,6 +427,8 @@ static void summaries_read_back_as_they_were(void **state)
     assert_true(read.outline.lights[1].up[1] == 0);
     assert_null(strstr(strstr(text, "At rest"), "\"matrix\":[1")); /* cameras come with zeros */
     assert_null(strstr(strstr(text, "Without up"), "\"up\""));
+    assert_int_equal(read.file_scene, 1);
+    assert_string_equal(read.file_scenes.names[1], "Night");
     assert_int_equal(read.created_unix_s, 1767225600);
     assert_non_null(strstr(text, "\"created\":\"2026-01-01T00:00:00Z\""));
     free(text);

@@ -91,14 +91,17 @@ class Client:
             raise
 
     def post_scene(self, content: Union[Path, bytes, Files],
-                   name: Optional[str] = None) -> Dict[str, Any]:
+                   name: Optional[str] = None,
+                   scene: Optional[str] = None) -> Dict[str, Any]:
         """Brings a scene and answers its summary; harmless when it is there already.
 
         name: what it is called; None takes the name of the file.
+        scene: which scene of the file, by its name or "#1", its index; None leaves it to the file.
 
         content: the path of a .glb, or of a .gltf whose files lie where it says; the bytes of a
         .glb; or files by relative name, one of them the .gltf."""
-        route = "/v1/scenes" + ("?" + urllib.parse.urlencode({"name": name}) if name else "")
+        query = {key: value for key, value in (("name", name), ("scene", scene)) if value}
+        route = "/v1/scenes" + ("?" + urllib.parse.urlencode(query) if query else "")
         if isinstance(content, (bytes, bytearray, memoryview)):
             reply = self.connection.request("POST", route, bytes(content),
                                             {"Content-Type": "model/gltf-binary"})
