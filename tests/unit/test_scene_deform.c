@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/scene/compose.h"
 #include "renderer/scene/scene_state.h"
 #include "tests/support/deformed_scene.h"
 #include "tests/support/import_support.h"
@@ -66,6 +67,11 @@ static void assert_close(const double *found, const double *expected, double tol
                      expected[0], expected[1], expected[2]);
 }
 
+static bool is_same(const float a[3], const float b[3])
+{
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
 /* The world position and normal of a vertex of an item; the bar's order of vertices is that of
  * their first use, which is not the file's: it is found by its place at rest. */
 static void find_vertex(const struct posed *posed, size_t index, const float at_rest[3],
@@ -76,11 +82,13 @@ static void find_vertex(const struct posed *posed, size_t index, const float at_
     const struct scene_primitive *p = &scene->primitives[item->primitive];
     const struct state_geometry geometry = state_geometry_of(&posed->state, item);
     assert_int_equal(geometry.primitive->vertex_count, p->vertex_count);
+    memset(position, 0, 3 * sizeof *position);
+    memset(normal, 0, 3 * sizeof *normal);
     for (uint32_t v = 0; v < p->vertex_count; v++) {
         const float *q = scene->positions + 3 * (size_t)(p->first_vertex + v);
         const float *n = scene->normals + 3 * (size_t)(p->first_vertex + v);
         const float *out = geometry.normals + 3 * (size_t)(geometry.primitive->first_vertex + v);
-        if (memcmp(q, at_rest, 12) != 0 || memcmp(n, normal_at_rest, 12) != 0)
+        if (!is_same(q, at_rest) || !is_same(n, normal_at_rest))
             continue;
         state_geometry_point(&geometry, v, position);
         for (int k = 0; k < 3; k++)
@@ -422,6 +430,70 @@ static void flat_triangles_are_flat_in_every_pose(void **state)
     posed_finish(&posed);
 }
 
+/* ---- several of one ---- */
+
+static void parts_are_posed_where_they_hang(void **state)
+{
+    (void)state;
+    struct bar bar;
+    struct posed base, part;
+    struct error err = {0};
+    char json[JSON_BYTES];
+    bar_fill(&bar);
+    pose(&base, &bar, skinned, -1);
+    snprintf(json, sizeof json, "%s%s", skinned, TURNING);
+    pose(&part, &bar, json, -1);
+    const struct compose_part twin = {.name = "t", .scene = &part.imported.scene, .identity = 1};
+    struct composed_scene *composed = scene_compose(
+        &(struct compose_desc){.base = &base.imported.scene, .parts = &twin, .part_count = 1},
+        &err);
+    assert_non_null(composed);
+    const struct view_part placed = {.name = "t",
+                                     .matrix = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 10, 0, 0, 1}};
+    const struct view view = {.width_px = 1,
+                              .height_px = 1,
+                              .parts = &placed,
+                              .part_count = 1,
+                              .is_animated = true,
+                              .animation_time_s = 0};
+    struct scene_state both;
+    assert_true(scene_state_init(&both, composed_scene_get(composed), &view, &err));
+    assert_int_equal(both.item_count, 2);
+    /* the base has no animation and stays bent, the part stands upright at 0 s */
+    assert_close(both.items[0].bounds_min, (const double[]){-1, 0, -0.25}, 1e-6);
+    assert_close(both.items[1].bounds_min, (const double[]){9.75, 0, -0.25}, 1e-6);
+    assert_close(both.items[1].bounds_max, (const double[]){10.25, 2, 0.25}, 1e-6);
+    assert_true(both.items[0].shadow_hash == base.state.items[0].shadow_hash);
+    const struct state_geometry geometry = state_geometry_of(&both, &both.items[1]);
+    assert_int_equal(geometry.primitive->part, 1);
+    assert_ptr_equal(geometry.indices, part.imported.scene.indices);
+    scene_state_finish(&both);
+    composed_scene_destroy(composed);
+    posed_finish(&base);
+    posed_finish(&part);
+}
+
+static void instances_share_their_animated_weights(void **state)
+{
+    (void)state;
+    struct bar bar;
+    struct posed posed;
+    bar_fill(&bar);
+    bar.amounts[0] = bar.amounts[2] = bar.amounts[4] = 1;
+    pose(&posed, &bar,
+         "'extensionsUsed':['EXT_mesh_gpu_instancing'],'scenes':[{'nodes':[0]}],'nodes':[{'mesh':0,"
+         "'extensions':{'EXT_mesh_gpu_instancing':{'attributes':{'TRANSLATION':0}}}}]," MORPHED_MESH
+         ",'animations':[{'channels':[{'sampler':0,'target':{'node':0,'path':'weights'}}],"
+         "'samplers':[{'input':6,'output':10}]}]",
+         0);
+    assert_int_equal(posed.state.item_count, BAR_VERTICES);
+    for (size_t i = 0; i < posed.state.item_count; i++) {
+        double width = posed.state.items[i].bounds_max[0] - posed.state.items[i].bounds_min[0];
+        assert_true(fabs(width - 1) < 1e-6); /* twice that of the bar */
+    }
+    posed_finish(&posed);
+}
+
 /* ---- what is not there, and what is refused ---- */
 
 static void scenes_without_poses_carry_none_of_it(void **state)
@@ -635,6 +707,8 @@ int main(void)
         cmocka_unit_test(morphed_vertices_are_skinned_after),
         cmocka_unit_test(weights_are_animated_by_all_interpolations),
         cmocka_unit_test(flat_triangles_are_flat_in_every_pose),
+        cmocka_unit_test(parts_are_posed_where_they_hang),
+        cmocka_unit_test(instances_share_their_animated_weights),
         cmocka_unit_test(scenes_without_poses_carry_none_of_it),
         cmocka_unit_test(closed_surfaces_stay_closed_where_their_seams_move_alike),
         cmocka_unit_test(what_is_wrong_is_refused_by_name),
