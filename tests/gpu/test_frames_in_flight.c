@@ -240,6 +240,36 @@ static void a_frame_that_fails_leaves_the_one_in_flight(void **state)
     stage_end(&stage);
 }
 
+/* Before each frame, as where exposures are metered; with an arrival and without. */
+static void metering_leaves_frames_in_flight_their_bits(void **state)
+{
+    (void)state;
+    float first[2] = {0};
+    for (int has_arrival = 0; has_arrival < 2; has_arrival++) {
+        struct stage stage;
+        stage_begin(&stage, true);
+        const struct frame_completion arrival = {.context = &stage, .collect = collect};
+        if (has_arrival)
+            renderer_set_completion(stage.renderer, &arrival);
+        for (int i = 0; i < 2; i++) {
+            const struct view view = view_of(i);
+            struct error err = {0};
+            struct exposure_reading reading;
+            assert_true(renderer_meter(stage.renderer, stage.demo.key, &view, &reading, &err));
+            assert_false(reading.is_kept);
+            if (has_arrival)
+                assert_true(reading.ev == first[i]);
+            first[i] = reading.ev;
+            assert_int_equal(has_arrival || i == 0, submit(&stage, i));
+        }
+        collect(&stage);
+        for (int i = 0; i < 2; i++)
+            assert_same_bits(&alone[i].outputs[VIEW_OUTPUT_COLOR],
+                             &stage.frames[i].outputs[VIEW_OUTPUT_COLOR]);
+        stage_end(&stage);
+    }
+}
+
 /* ---- within pauses ---- */
 
 struct pauses {
@@ -346,6 +376,7 @@ int main(void)
         cmocka_unit_test(frames_that_overlap_have_the_bits_of_frames_that_do_not),
         cmocka_unit_test(without_an_arrival_one_frame_flies),
         cmocka_unit_test(a_frame_that_fails_leaves_the_one_in_flight),
+        cmocka_unit_test(metering_leaves_frames_in_flight_their_bits),
         cmocka_unit_test(pauses_and_flights_go_together),
         cmocka_unit_test(a_frame_that_has_come_is_done_at_once),
         cmocka_unit_test(both_buffers_count_against_the_budget),
