@@ -29,6 +29,8 @@ static const struct suite suites[] = {
      suite_standing},
     {"ahead", "the next frame begun while one is on the device, beside frames in turn",
      suite_ahead},
+    {"import", "one mesh plain, by meshopt and by Draco: speed, memory, the decoders alone",
+     suite_import},
     {"targets", "what lights and shadows may cost, each with its bound", suite_targets},
     {"scaling", "growth with layers, quads, map side, lights and objects; not one of `all`",
      suite_scaling},

@@ -66,7 +66,19 @@ class CommandLine(unittest.TestCase):
         names = [line.split()[0] for line in run("list").stdout.splitlines()]
         self.assertEqual(["lights", "deep", "both", "layers", "demo", "draws", "raytrace",
                           "foliage", "forecast", "auto", "linear", "standing", "ahead",
-                          "targets", "scaling", "promises", "live"], names)
+                          "import", "targets", "scaling", "promises", "live"], names)
+
+    def test_the_import_states_speed_and_memory_beside_the_decoders(self):
+        done = run("import", "--quick", "--json")
+        self.assertEqual(0, done.returncode, done.stderr)
+        checks = {(c["subject"], c["name"]): c["value"] for c in json.loads(done.stdout)["checks"]}
+        for form in ("plain", "meshopt", "draco"):
+            for name in ("import, ms", "MB of file per s", "million triangles per s"):
+                self.assertGreater(checks[form, name], 0, (form, name))
+        for form in ("meshopt", "draco"):
+            self.assertLess(checks[form, "file, MB"], checks["plain", "file, MB"])
+            self.assertGreater(checks[form, "decoder alone, ms"], 0)
+            self.assertIn((form, "import beyond plain / decoder alone"), checks)
 
     def test_ray_tracing_states_its_overhead_and_its_gain(self):
         done = run("raytrace", "--quick", "--json", "--size", "96x64")

@@ -142,7 +142,8 @@ HOMES = [
     ("OpenImageIO/*", ["renderer/*_shim.cpp"]),
     # tests encode what the renderer decodes
     ("draco/*", ["renderer/*_shim.cpp", "tests/support/*_shim.cpp"]),
-    ("meshoptimizer.h", ["renderer/import/meshopt_stream.c", "tests/unit/test_import_*"]),
+    ("meshoptimizer.h", ["renderer/import/meshopt_stream.c", "tests/unit/test_import_*",
+                          "tests/bench/suite_import.c"]),
     ("curl/*", ["clients/vitrail/http.c"]),
     ("epoxy/*", ["renderer/gl/*", "renderer/textures/*", "renderer/draw/*", "renderer/window/*",
                  "renderer/lights/*", "renderer/transparency/*", "renderer/shadows/*",

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include <draco/compression/decode.h>
 #include <draco/compression/encode.h>
 #include <draco/mesh/mesh.h>
 
@@ -48,4 +49,13 @@ void *draco_encode(const struct draco_encoder_desc *desc, size_t *size_bytes)
         memcpy(bytes, buffer.data(), buffer.size());
     *size_bytes = buffer.size();
     return bytes;
+}
+
+uint32_t draco_decode(const void *bytes, size_t size_bytes)
+{
+    draco::DecoderBuffer buffer;
+    draco::Decoder decoder;
+    buffer.Init(static_cast<const char *>(bytes), size_bytes);
+    auto result = decoder.DecodeMeshFromBuffer(&buffer);
+    return result.ok() ? result.value()->num_points() : 0;
 }

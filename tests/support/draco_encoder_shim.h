@@ -23,6 +23,9 @@ struct draco_encoder_desc {
 /* The stream, which the caller frees; NULL on failure. */
 void *draco_encode(const struct draco_encoder_desc *desc, size_t *size_bytes);
 
+/* The decoder with nothing around it: points of the mesh, 0 on failure. */
+uint32_t draco_decode(const void *bytes, size_t size_bytes);
+
 #ifdef __cplusplus
 }
 #endif
