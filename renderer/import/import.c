@@ -159,6 +159,8 @@ static bool list_warnings(struct importer *importer, struct error *err)
            warn_count(importer, importer->left_out_influences, "primitive", "primitives",
                       "with more than eight joints for a vertex: JOINTS_2 and above are left out",
                       err) &&
+           warn_count(importer, importer->skinned_instances, "node", "nodes",
+                      "with a skin and instances; one of each is shown", err) &&
            warn_count(importer, importer->degenerate_triangles, "triangle", "triangles",
                       "of zero area left out", err) &&
            warn_count(importer, importer->repaired_normals, "normal", "normals",

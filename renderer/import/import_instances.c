@@ -34,7 +34,7 @@ bool node_has_instances(const struct gltf_node *node)
     bool has_any = false;
     for (int i = 0; i < GLTF_INSTANCE_ATTRIBUTE_COUNT; i++)
         has_any |= node->instance_attributes[i] != -1;
-    return node->is_instanced && node->mesh >= 0 && has_any;
+    return node->is_instanced && node->mesh >= 0 && has_any && node->skin == -1;
 }
 
 static bool check_type(const struct accessor *a, const struct attribute *attribute,
@@ -153,6 +153,7 @@ bool import_instances(struct importer *importer, const struct node_names *names,
     for (uint32_t i = 0; i < importer->node_count; i++) {
         uint32_t source = importer->node_order[i];
         const struct gltf_node *node = &importer->document->nodes[source];
+        importer->skinned_instances += node->is_instanced && node->skin != -1;
         if (node_has_instances(node) && !append_instances(importer, names, i, err))
             return error_wrap(err, "node %u '%s'", source, node->name);
     }

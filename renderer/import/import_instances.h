@@ -6,7 +6,9 @@
 #include "renderer/import/importer.h"
 #include "renderer/import/node_names.h"
 
-/* Whether the mesh of a node is shown by its instances and not by the node itself. */
+/* Whether the mesh of a node is shown by its instances and not by the node itself. A skin places
+ * its mesh by the joints alone, so that its instances would all be in one place: they are left out.
+ */
 bool node_has_instances(const struct gltf_node *node);
 
 /* Appends the instances of all nodes behind these, so that the indices of nodes stay: each is a

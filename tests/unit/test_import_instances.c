@@ -119,6 +119,26 @@ static void a_node_without_lists_shows_its_mesh(void **state)
     imported_scene_finish(&s);
 }
 
+static void a_node_with_a_skin_is_shown_once_and_that_is_told(void **state)
+{
+    (void)state;
+    struct imported_scene s;
+    struct error err = {0};
+    if (!imported_scene_make(
+            &s,
+            "{'asset':{'version':'2.0'},'buffers':[{'byteLength':36}],'bufferViews':["
+            "{'buffer':0,'byteLength':36}],'accessors':[{'bufferView':0,'componentType':5126,"
+            "'count':3,'type':'VEC3'}],'meshes':[{'primitives':[{'attributes':{'POSITION':0}}]}],"
+            "'skins':[{'joints':[1]}],'nodes':[{'mesh':0,'skin':0,'extensions':{"
+            "'EXT_mesh_gpu_instancing':{'attributes':{'TRANSLATION':0}}}},{'name':'Joint'}]}",
+            &bin, 36, &err))
+        fail_msg("%s", err.message);
+    assert_int_equal(s.scene.node_count, 2);
+    assert_int_equal(s.scene.nodes[0].mesh, 0);
+    assert_true(scene_has_warning(&s.scene, "1 node with a skin and instances"));
+    imported_scene_finish(&s);
+}
+
 static void lists_that_do_not_agree_are_refused_by_the_node(void **state)
 {
     (void)state;
@@ -158,6 +178,7 @@ int main(void)
         cmocka_unit_test(instances_are_nodes_that_share_a_mesh),
         cmocka_unit_test(a_name_that_another_node_has_is_left_to_it),
         cmocka_unit_test(a_node_without_lists_shows_its_mesh),
+        cmocka_unit_test(a_node_with_a_skin_is_shown_once_and_that_is_told),
         cmocka_unit_test(lists_that_do_not_agree_are_refused_by_the_node),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
