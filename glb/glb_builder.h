@@ -78,7 +78,9 @@ struct glb_material_desc {
     double sheen_color[3], sheen_roughness;  /* not black writes KHR_materials_sheen */
     double normal_scale, occlusion_strength; /* 0 means 1 */
     struct glb_texture_ref base_color_texture, metallic_roughness_texture, normal_texture,
-        occlusion_texture, emissive_texture, transmission_texture, thickness_texture;
+        occlusion_texture, emissive_texture, transmission_texture, thickness_texture,
+        specular_texture, specular_color_texture, clearcoat_texture, clearcoat_roughness_texture,
+        clearcoat_normal_texture, sheen_color_texture, sheen_roughness_texture;
     enum glb_pass_through pass_through;  /* extras.vitrail.pass_through.model */
     double edge_color[3], edge_exponent; /* GLB_PASS_EDGE */
 };

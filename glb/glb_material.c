@@ -138,6 +138,8 @@ static void put_lobes(struct glb_builder *builder, json_t *extensions,
         glb_put(builder, body, "specularFactor", glb_number(builder, desc->specular, "specular"));
         glb_put(builder, body, "specularColorFactor",
                 glb_numbers(builder, desc->specular_color, 3, "specular_color"));
+        put_texture(builder, body, "specularTexture", &desc->specular_texture);
+        put_texture(builder, body, "specularColorTexture", &desc->specular_color_texture);
         put_extension(builder, extensions, "KHR_materials_specular", body);
     }
     if (desc->clearcoat > 0) {
@@ -146,6 +148,9 @@ static void put_lobes(struct glb_builder *builder, json_t *extensions,
                 glb_number(builder, desc->clearcoat, "clearcoat"));
         glb_put(builder, body, "clearcoatRoughnessFactor",
                 glb_number(builder, desc->clearcoat_roughness, "clearcoat_roughness"));
+        put_texture(builder, body, "clearcoatTexture", &desc->clearcoat_texture);
+        put_texture(builder, body, "clearcoatRoughnessTexture", &desc->clearcoat_roughness_texture);
+        put_texture(builder, body, "clearcoatNormalTexture", &desc->clearcoat_normal_texture);
         put_extension(builder, extensions, "KHR_materials_clearcoat", body);
     }
     if (sheen[0] > 0 || sheen[1] > 0 || sheen[2] > 0) {
@@ -153,6 +158,8 @@ static void put_lobes(struct glb_builder *builder, json_t *extensions,
         glb_put(builder, body, "sheenColorFactor", glb_numbers(builder, sheen, 3, "sheen_color"));
         glb_put(builder, body, "sheenRoughnessFactor",
                 glb_number(builder, desc->sheen_roughness, "sheen_roughness"));
+        put_texture(builder, body, "sheenColorTexture", &desc->sheen_color_texture);
+        put_texture(builder, body, "sheenRoughnessTexture", &desc->sheen_roughness_texture);
         put_extension(builder, extensions, "KHR_materials_sheen", body);
     }
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Holds what draws read: material records of a frame, and draw records relative to a space. */
+#include <assert.h>
 #include <epoxy/gl.h>
 #include <math.h>
 #include <stdlib.h>
@@ -7,6 +8,7 @@
 
 #include "renderer/base/matrix.h"
 #include "renderer/draw/scene_gpu_internal.h"
+#include "renderer/draw/shader_needs.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
@@ -87,23 +89,34 @@ uint32_t material_flags(const struct state_material *material)
     return flags;
 }
 
-static void fill_textures(const struct scene *scene, const struct scene_material *m,
-                          struct material_record *r)
+static_assert(SLOTS_OF_BASE == SCENE_TEXTURE_THICKNESS + 1, "the slots of lobes follow");
+static_assert(SCENE_TEXTURE_SLOT_COUNT <= 2 * SLOTS_OF_BASE, "a record has those of the lobes");
+
+static void fill_textures(const struct scene_material *m, int first_slot, struct material_record *r)
 {
-    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
-        const struct scene_texture_ref *ref = &m->textures[slot];
-        if (ref->texture >= 0 && scene->textures[ref->texture].image >= 0)
-            r->texture_mask |= 1u << slot;
+    for (int i = 0; i < SLOTS_OF_BASE && first_slot + i < SCENE_TEXTURE_SLOT_COUNT; i++) {
+        const struct scene_texture_ref *ref = &m->textures[first_slot + i];
         if (ref->texcoord == 1)
-            r->texcoord_mask |= 1u << slot;
+            r->texcoord_mask |= 1u << i;
         for (int row = 0; row < 2; row++)
             for (int k = 0; k < 3; k++)
-                r->uv_transforms[2 * slot + row].v[k] = ref->uv_transform[3 * row + k];
+                r->uv_transforms[2 * i + row].v[k] = ref->uv_transform[3 * row + k];
     }
 }
 
-static void fill_material(const struct scene *scene, const struct state_material *material,
-                          struct material_record *r)
+static void fill_lobes(const struct scene_material *m, struct material_record *r)
+{
+    const float *sheen = m->sheen_color, *tint = m->specular_color;
+    *r = (struct material_record){
+        .LOBES_SPECULAR = {{tint[0], tint[1], tint[2], m->specular}},
+        .LOBES_COAT_SHEEN = {{m->clearcoat, m->clearcoat_roughness, m->sheen_roughness,
+                              m->clearcoat_normal_scale}},
+        .LOBES_SHEEN_COLOR = {{sheen[0], sheen[1], sheen[2], 0}},
+    };
+    fill_textures(m, SLOTS_OF_BASE, r);
+}
+
+static void fill_material(const struct state_material *material, struct material_record *r)
 {
     const struct scene_material *m = &material->base;
     float reflectance = (m->ior - 1) / (m->ior + 1);
@@ -116,18 +129,11 @@ static void fill_material(const struct scene *scene, const struct state_material
                                                  m->occlusion_strength}},
         .transmission_f0_thickness = {{m->transmission, f0, m->thickness, m->edge_exponent}},
         .edge_color = {{m->edge_color[0], m->edge_color[1], m->edge_color[2], 0}},
-        .specular = {{1, 1, 1, 1}},
-        .coat_sheen = {{m->clearcoat, m->clearcoat_roughness, m->sheen_roughness, 0}},
-        .sheen_color = {{m->sheen_color[0], m->sheen_color[1], m->sheen_color[2], 0}},
         .flags = material_flags(material),
     };
-    for (int k = 0; k < 3 && m->flags & SCENE_MATERIAL_SPECULAR; k++)
-        r->specular.v[k] = m->specular_color[k];
-    if (m->flags & SCENE_MATERIAL_SPECULAR)
-        r->specular.v[3] = m->specular;
     for (int k = 0; k < 3; k++)
         r->attenuation.v[k] = (float)material->sigma[k];
-    fill_textures(scene, m, r);
+    fill_textures(m, 0, r);
 }
 
 /* Thickness is a length of the model and grows with its node (KHR_materials_volume), by one factor
@@ -159,6 +165,22 @@ static void assign_materials(struct draw_arena *arena, const struct scene_state 
             records[next].flags |= MATERIAL_MEDIUM;
         arena->item_materials[i] = next++;
     }
+}
+
+static bool has_lobes(const struct state_material *material)
+{
+    return shader_needs_lobes(material_flags(material));
+}
+
+/* Behind all others, and before copies are made of those that name them. */
+static void add_lobes(const struct scene_state *state, struct material_record *records,
+                      uint32_t next)
+{
+    for (uint32_t i = 0; i < state->material_count; i++)
+        if (has_lobes(&state->materials[i])) {
+            fill_lobes(&state->materials[i].base, &records[next]);
+            records[i].lobes = next++;
+        }
 }
 
 static bool reserve_items(struct draw_arena *arena, size_t count, struct error *err)
@@ -217,24 +239,29 @@ bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
     size_t count = state->material_count;
     for (size_t i = 0; i < state->item_count; i++)
         count += needs_copy(state, &state->items[i]);
+    const uint32_t first_lobes = (uint32_t)count;
+    for (uint32_t i = 0; i < state->material_count; i++)
+        count += has_lobes(&state->materials[i]);
     uint64_t most = gl_limits_block(arena->limits, sizeof(struct material_record));
     if (count > most)
-        return error_set(err, ERROR_OVER_BUDGET,
-                         "%zu materials, with those that media and scaled nodes need of their own: "
-                         "a storage block of this device holds %llu",
-                         count, (unsigned long long)most);
+        return error_set(
+            err, ERROR_OVER_BUDGET,
+            "%zu materials, with those that media, scaled nodes and lobes need of their own: "
+            "a storage block of this device holds %llu",
+            count, (unsigned long long)most);
     struct material_record *records = calloc(count, sizeof *records);
     if (!records || !reserve_items(arena, state->item_count, err)) {
         free(records);
         return error_set(err, ERROR_NO_MEMORY, "%zu materials", count);
     }
     for (uint32_t i = 0; i < state->material_count; i++) {
-        fill_material(state->scene, &state->materials[i], &records[i]);
+        fill_material(&state->materials[i], &records[i]);
         records[i].source = i;
     }
     for (size_t i = state->whole_count; i < state->item_count; i++)
         records[state->items[i].material].source =
             state->caps.caps[state->items[i].cap - 1].source_material;
+    add_lobes(state, records, first_lobes);
     assign_materials(arena, state, records);
     let_records_go(arena);
     uint64_t bytes = count * sizeof *records;

@@ -51,9 +51,15 @@ struct shader_needs shader_needs_of(const struct scene_state *state)
     return needs;
 }
 
+bool shader_needs_lobes(uint32_t kinds)
+{
+    return kinds & MATERIAL_LOBES;
+}
+
 void shader_needs_material_defines(uint32_t kinds, char text[SHADER_NEEDS_TEXT_BYTES])
 {
-    snprintf(text, SHADER_NEEDS_TEXT_BYTES, " MATERIAL_KINDS=%uu", kinds);
+    snprintf(text, SHADER_NEEDS_TEXT_BYTES, " MATERIAL_KINDS=%uu%s", kinds,
+             kinds & MATERIAL_LOBES ? " HAS_LOBES" : "");
 }
 
 void shader_needs_light_defines(const struct shader_needs *needs,

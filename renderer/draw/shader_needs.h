@@ -22,6 +22,9 @@ struct shader_needs {
 
 struct shader_needs shader_needs_of(const struct scene_state *state);
 
+/* Whether some of the kinds has words of shaders/draw/lobes.glsl. */
+bool shader_needs_lobes(uint32_t kinds);
+
 /* #define items of the programs that evaluate such materials, with a blank before each. */
 void shader_needs_material_defines(uint32_t kinds, char text[SHADER_NEEDS_TEXT_BYTES]);
 /* Likewise of lights; empty without any. */

@@ -386,8 +386,14 @@ static struct window_run window_of(const struct frame_run *run,
 static bool prepare_targets(struct window_run *window, struct error *err)
 {
     struct window_frame *frame = &window->frame;
-    if (!targets_prepare(frame->targets, frame->window.width, frame->window.height,
-                         window->run->frame_plan->plan.target_samples, err))
+    const struct plan *plan = &window->run->frame_plan->plan;
+    const struct targets_desc desc = {
+        .width = frame->window.width,
+        .height = frame->window.height,
+        .samples = plan->target_samples,
+        .has_lobes = plan->has_lobes,
+    };
+    if (!targets_prepare(frame->targets, &desc, err))
         return false;
     read_sample_positions(frame->targets, frame->sample_positions);
     begin_window(window);

@@ -215,11 +215,16 @@ void convert_lobes(holder &h, const tinygltf::Material &m, gltf_material &out)
     out.has_sheen = sheen != nullptr;
     out.sheen_color = number_array(h, sheen, "sheenColorFactor");
     out.sheen_roughness = number(sheen, "sheenRoughnessFactor", 0);
-    out.has_lobe_textures =
-        member(specular, "specularTexture") || member(specular, "specularColorTexture") ||
-        member(coat, "clearcoatTexture") || member(coat, "clearcoatRoughnessTexture") ||
-        member(coat, "clearcoatNormalTexture") || member(sheen, "sheenColorTexture") ||
-        member(sheen, "sheenRoughnessTexture");
+    gltf_texture_ref *textures = out.textures;
+    textures[GLTF_TEXTURE_SPECULAR] = texture_ref_in(h, specular, "specularTexture");
+    textures[GLTF_TEXTURE_SPECULAR_COLOR] = texture_ref_in(h, specular, "specularColorTexture");
+    textures[GLTF_TEXTURE_CLEARCOAT] = texture_ref_in(h, coat, "clearcoatTexture");
+    textures[GLTF_TEXTURE_CLEARCOAT_ROUGHNESS] =
+        texture_ref_in(h, coat, "clearcoatRoughnessTexture");
+    textures[GLTF_TEXTURE_CLEARCOAT_NORMAL] = texture_ref_in(h, coat, "clearcoatNormalTexture");
+    out.clearcoat_normal_scale = number(member(coat, "clearcoatNormalTexture"), "scale", 1);
+    textures[GLTF_TEXTURE_SHEEN_COLOR] = texture_ref_in(h, sheen, "sheenColorTexture");
+    textures[GLTF_TEXTURE_SHEEN_ROUGHNESS] = texture_ref_in(h, sheen, "sheenRoughnessTexture");
 }
 
 void convert_material(holder &h, const tinygltf::Material &m)

@@ -139,6 +139,13 @@ enum gltf_texture_slot { /* same order as enum scene_texture_slot */
                          GLTF_TEXTURE_EMISSIVE,
                          GLTF_TEXTURE_TRANSMISSION,
                          GLTF_TEXTURE_THICKNESS,
+                         GLTF_TEXTURE_SPECULAR,
+                         GLTF_TEXTURE_SPECULAR_COLOR,
+                         GLTF_TEXTURE_CLEARCOAT,
+                         GLTF_TEXTURE_CLEARCOAT_ROUGHNESS,
+                         GLTF_TEXTURE_CLEARCOAT_NORMAL,
+                         GLTF_TEXTURE_SHEEN_COLOR,
+                         GLTF_TEXTURE_SHEEN_ROUGHNESS,
                          GLTF_TEXTURE_SLOT_COUNT
 };
 
@@ -154,9 +161,8 @@ struct gltf_material {
     double attenuation_distance;
     struct gltf_numbers attenuation_color;
     bool has_specular, has_clearcoat, has_sheen; /* KHR_materials_... */
-    double specular, clearcoat, clearcoat_roughness, sheen_roughness;
+    double specular, clearcoat, clearcoat_roughness, clearcoat_normal_scale, sheen_roughness;
     struct gltf_numbers specular_color, sheen_color;
-    bool has_lobe_textures;   /* some texture of these */
     const char *pass_through; /* extras vitrail.pass_through.model, or "" */
     struct gltf_numbers edge_color;
     double edge_exponent; /* 1 when absent */

@@ -172,10 +172,6 @@ static bool list_warnings(struct importer *importer, struct error *err)
                       err) &&
            warn_count(importer, importer->far_texcoords, "texture", "textures",
                       "left out: only TEXCOORD_0 and TEXCOORD_1 are read", err) &&
-           warn_count(importer, importer->lobe_textures, "material", "materials",
-                      "with textures of clearcoat, sheen or specular that are not read; their "
-                      "factors are used",
-                      err) &&
            warn_count(importer, importer->open_volumes, "primitive", "primitives",
                       "with an attenuating volume but no closed surface that faces outward: the "
                       "thickness of the material is used instead of the way through it",

@@ -173,14 +173,15 @@ static bool import_specular(const struct gltf_material *from, struct scene_mater
 }
 
 /* KHR_materials_specular, _clearcoat and _sheen. What a material has nothing of stays zero. */
-static bool import_lobes(struct importer *importer, const struct gltf_material *from,
-                         struct scene_material *to, struct error *err)
+static bool import_lobes(const struct gltf_material *from, struct scene_material *to,
+                         struct error *err)
 {
-    importer->lobe_textures += from->has_lobe_textures;
     return (!from->has_specular || import_specular(from, to, err)) &&
            import_number(from->clearcoat, 0, 1, &to->clearcoat, "clearcoatFactor", err) &&
            import_number(from->clearcoat_roughness, 0, 1, &to->clearcoat_roughness,
                          "clearcoatRoughnessFactor", err) &&
+           import_number(from->clearcoat_normal_scale, -FACTOR_MAX, FACTOR_MAX,
+                         &to->clearcoat_normal_scale, "clearcoatNormalTexture.scale", err) &&
            import_numbers(from->sheen_color, 3, 0, 1, to->sheen_color, "sheenColorFactor", err) &&
            import_number(from->sheen_roughness, 0, 1, &to->sheen_roughness, "sheenRoughnessFactor",
                          err);
@@ -197,7 +198,7 @@ static bool import_material(struct importer *importer, const struct gltf_materia
         if (!import_ref(importer, &from->textures[slot], &to->textures[slot], err))
             return false;
     return import_core(from, to, err) && import_emissive(from, to, err) &&
-           import_glass(from, to, err) && import_lobes(importer, from, to, err) &&
+           import_glass(from, to, err) && import_lobes(from, to, err) &&
            import_pass_through(from, to, err);
 }
 

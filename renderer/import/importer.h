@@ -33,7 +33,7 @@ struct importer {
     /* Counted while importing, told once at the end. */
     uint64_t degenerate_triangles, repaired_normals, clamped_colors;
     uint64_t unbound_vertices, unjointed_primitives, left_out_influences;
-    uint64_t missing_texcoords, far_texcoords, open_volumes, lobe_textures;
+    uint64_t missing_texcoords, far_texcoords, open_volumes;
     uint64_t skinned_instances;
     uint64_t unmoved_channels; /* of animations, that move neither a node nor a morph target */
 };

@@ -295,8 +295,7 @@ static void begin_fragment(struct rt_batch *batch, uint32_t index)
     if (fragment->is_opaque)
         surface.alpha = 1, surface.transmission = 0;
     else
-        rt_surface_view_filter(&surface, fabs(vec3_dot(surface.normal, lit.view)),
-                               fragment->hit.is_front, shading->filter);
+        rt_surface_view_filter(&surface, lit.view, fragment->hit.is_front, shading->filter);
     shading->alpha = surface.alpha;
     bool is_textured = surface.material->textures[SCENE_TEXTURE_BASE_COLOR].texture >= 0;
     for (int k = 0; k < 3; k++)

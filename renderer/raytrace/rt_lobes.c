@@ -4,8 +4,11 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_math.h"
+#include "renderer/raytrace/rt_surface.h"
 #include "renderer/scene/scene.h"
 #include "shaders/shared/sheen_albedo.h"
 
@@ -57,27 +60,44 @@ double rt_sheen_albedo(double n_dot_v, double roughness)
     return below + (above - below) * (up - cell);
 }
 
-void rt_lobes_init(struct rt_lobes *lobes, const struct scene_material *m, double n_dot_v)
+static double cosine_of(const double normal[3], const double view[3])
 {
-    double largest = 0, c = 1 - rt_min(n_dot_v, 1), c2 = c * c;
+    return rt_min(rt_max(vec3_dot(normal, view), 1e-4), 1);
+}
+
+static void add_sheen(struct rt_lobes *lobes, const struct rt_surface *s, const double view[3])
+{
+    const double *color = s->sheen_color;
+    double largest = rt_max(color[0], rt_max(color[1], color[2]));
+    double albedo = rt_sheen_albedo(cosine_of(s->normal, view), s->sheen_roughness);
+    double roughness = rt_max(s->sheen_roughness, SHEEN_ROUGHNESS_LEAST);
+    lobes->has_sheen = largest > 0;
+    lobes->sheen_alpha = roughness * roughness;
+    lobes->below_sheen = 1 - largest * rt_min(albedo, 1);
+    lobes->sheen_sent = rt_min(albedo, 1);
+    memcpy(lobes->color, color, sizeof lobes->color);
     for (int k = 0; k < 3; k++)
-        largest = rt_max(largest, (double)m->sheen_color[k]);
-    *lobes = (struct rt_lobes){
-        .has_sheen = largest > 0, .has_coat = m->clearcoat > 0, .below_sheen = 1, .below_coat = 1};
-    if (lobes->has_sheen) {
-        double albedo = rt_sheen_albedo(n_dot_v, (double)m->sheen_roughness);
-        double roughness = rt_max((double)m->sheen_roughness, SHEEN_ROUGHNESS_LEAST);
-        lobes->sheen_alpha = roughness * roughness;
-        lobes->below_sheen = 1 - largest * rt_min(albedo, 1);
-        lobes->sheen_sent = rt_min(albedo, 1);
-        for (int k = 0; k < 3; k++)
-            lobes->sheen[k] = (double)m->sheen_color[k] / rt_max(albedo, 1);
-    }
-    if (lobes->has_coat) {
-        double roughness = (double)m->clearcoat_roughness;
-        double alpha = rt_max(roughness * roughness, min_alpha);
-        lobes->coat = (double)m->clearcoat * (coat_f0 + (1 - coat_f0) * c2 * c2 * c);
-        lobes->coat_alpha_square = alpha * alpha;
-        lobes->below_coat = 1 - lobes->coat;
-    }
+        lobes->sheen[k] = color[k] / rt_max(albedo, 1);
+}
+
+static void add_coat(struct rt_lobes *lobes, const struct rt_surface *s, const double view[3])
+{
+    double alpha = rt_max(s->coat_roughness * s->coat_roughness, min_alpha);
+    double cosine = cosine_of(s->coat_normal, view), c = 1 - cosine, c2 = c * c;
+    lobes->has_coat = s->coat > 0;
+    lobes->coat = s->coat * (coat_f0 + (1 - coat_f0) * c2 * c2 * c);
+    lobes->coat_alpha_square = alpha * alpha;
+    lobes->below_coat = 1 - lobes->coat;
+    lobes->coat_n_dot_v = cosine;
+    memcpy(lobes->coat_normal, s->coat_normal, sizeof lobes->coat_normal);
+}
+
+void rt_lobes_init(struct rt_lobes *lobes, const struct rt_surface *s, const double view[3])
+{
+    const struct scene_material *m = s->material;
+    *lobes = (struct rt_lobes){.below_sheen = 1, .below_coat = 1};
+    if (m->sheen_color[0] > 0 || m->sheen_color[1] > 0 || m->sheen_color[2] > 0)
+        add_sheen(lobes, s, view);
+    if (m->clearcoat > 0)
+        add_coat(lobes, s, view);
 }

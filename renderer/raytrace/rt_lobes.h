@@ -7,18 +7,21 @@
 
 #include <stdbool.h>
 
-struct scene_material;
+struct rt_surface;
 
 /* Of one surface seen from one side. Cosines are in (0, 1]. */
 struct rt_lobes {
     bool has_sheen, has_coat;
-    double sheen[3], sheen_alpha; /* colour of the lobe; roughness squared */
-    double sheen_sent;            /* of a uniform light from everywhere, by fibres of colour 1 */
+    double color[3], sheen[3]; /* of the fibres; of their lobe, where they would send too much */
+    double sheen_alpha;        /* roughness squared */
+    double sheen_sent;         /* of a uniform light from everywhere, by fibres of colour 1 */
     double coat, coat_alpha_square;
+    double coat_normal[3], coat_n_dot_v;
     double below_sheen, below_coat; /* shares of the light of what lies below that come through */
 };
 
-void rt_lobes_init(struct rt_lobes *lobes, const struct scene_material *material, double n_dot_v);
+/* view: unit, away from the surface. */
+void rt_lobes_init(struct rt_lobes *lobes, const struct rt_surface *surface, const double view[3]);
 
 /* Distribution times visibility of the fibres [1/sr]. */
 double rt_sheen_lobe(double alpha, double n_dot_h, double n_dot_l, double n_dot_v);

@@ -57,8 +57,7 @@ static void trace_ray(struct tracer *tracer, const struct rt_ray *ray, struct rt
             behind[3] = 1;
             break;
         }
-        rt_surface_view_filter(&surface, fabs(vec3_dot(surface.normal, view)), hit->is_front,
-                               filter);
+        rt_surface_view_filter(&surface, view, hit->is_front, filter);
         for (int k = 0; k < 3; k++) {
             layers[k] += through[k] * surface.alpha * radiance[k];
             through[k] *= filter[k];

@@ -32,7 +32,7 @@ void rt_reflector_init(struct rt_reflector *r, const struct rt_surface *s, const
         r->through[k] = through * (1 - lost);
         r->through_edge[k] = through * lost_edge;
     }
-    rt_lobes_init(&r->lobes, s->material, n_dot_v);
+    rt_lobes_init(&r->lobes, s, view);
 }
 
 void rt_reflector_emission(const struct rt_reflector *r, const struct rt_surface *s, double out[3])
@@ -42,11 +42,10 @@ void rt_reflector_emission(const struct rt_reflector *r, const struct rt_surface
 }
 
 /* D and V of appendix B.3.2 and B.3.3. seen: the visibility function's root for the viewer. */
-static double ggx_of(const struct rt_reflector *r, double a2, double seen, double n_dot_h,
-                     double n_dot_l)
+static double ggx_of(double a2, double n_dot_v, double seen, double n_dot_h, double n_dot_l)
 {
     double f = n_dot_h * n_dot_h * (a2 - 1) + 1;
-    double visibility = r->n_dot_v * sqrt(n_dot_l * n_dot_l * (1 - a2) + a2) + n_dot_l * seen;
+    double visibility = n_dot_v * sqrt(n_dot_l * n_dot_l * (1 - a2) + a2) + n_dot_l * seen;
     return 0.5 * a2 / (pi * f * f * rt_max(visibility, 1e-10));
 }
 
@@ -60,21 +59,25 @@ static double ggx(const struct rt_reflector *r, const double l[3], double n_dot_
     double c = rt_min(rt_max(1 - vec3_dot(r->view, h) * inverse, 0), 1), c2 = c * c;
     *w = c2 * c2 * c;
     *n_dot_half = n_dot_h;
-    return ggx_of(r, r->alpha_square, r->seen, n_dot_h, n_dot_l);
+    return ggx_of(r->alpha_square, r->n_dot_v, r->seen, n_dot_h, n_dot_l);
 }
 
 /* Fibres and coat over the base's light; n_dot_l > 0. */
-static void add_lobes(const struct rt_reflector *r, double n_dot_h, double n_dot_l, double out[3])
+static void add_lobes(const struct rt_reflector *r, const double l[3], double n_dot_h,
+                      double n_dot_l, double out[3])
 {
     const struct rt_lobes *lobes = &r->lobes;
     double fibre = lobes->has_sheen
                        ? rt_sheen_lobe(lobes->sheen_alpha, n_dot_h, n_dot_l, r->n_dot_v) * n_dot_l
                        : 0;
     double coat = 0;
-    if (lobes->has_coat) {
-        double a2 = lobes->coat_alpha_square;
-        double seen = sqrt(r->n_dot_v * r->n_dot_v * (1 - a2) + a2);
-        coat = lobes->coat * ggx_of(r, a2, seen, n_dot_h, n_dot_l) * n_dot_l;
+    double coat_n_dot_l = vec3_dot(lobes->coat_normal, l);
+    if (lobes->has_coat && coat_n_dot_l > 0) {
+        double a2 = lobes->coat_alpha_square, n_dot_v = lobes->coat_n_dot_v;
+        double seen = sqrt(n_dot_v * n_dot_v * (1 - a2) + a2);
+        double h[3] = {l[0] + r->view[0], l[1] + r->view[1], l[2] + r->view[2]};
+        double coat_n_dot_h = vec3_normalize(h) ? rt_max(vec3_dot(lobes->coat_normal, h), 0) : 0;
+        coat = lobes->coat * ggx_of(a2, n_dot_v, seen, coat_n_dot_h, coat_n_dot_l) * coat_n_dot_l;
     }
     for (int k = 0; k < 3; k++)
         out[k] = (out[k] * lobes->below_sheen + lobes->sheen[k] * fibre) * lobes->below_coat + coat;
@@ -91,7 +94,7 @@ bool rt_reflect(const struct rt_reflector *r, const double l[3], double out[3])
                       lobe * (r->specular[k] + w * r->specular_edge[k])) *
                      n_dot_l;
         if (has_lobes)
-            add_lobes(r, n_dot_h, n_dot_l, out);
+            add_lobes(r, l, n_dot_h, n_dot_l, out);
     } else {
         double mirrored[3];
         if (!r->transmits)
@@ -117,9 +120,9 @@ static void environment_split(double roughness, double n_dot_v, double split[2])
 }
 
 /* The light that a lobe of that roughness mirrors to the viewer. */
-static double mirrored_share(const struct rt_reflector *r, double roughness)
+static double mirrored_share(const double normal[3], const double view[3], double roughness)
 {
-    double mirror_y = 2 * vec3_dot(r->normal, r->view) * r->normal[1] - r->view[1];
+    double mirror_y = 2 * vec3_dot(normal, view) * normal[1] - view[1];
     return rt_min(rt_max(0.5 + 0.5 * mirror_y / (0.05 + 0.95 * roughness), 0), 1);
 }
 
@@ -127,8 +130,10 @@ void rt_reflect_hemisphere(const struct scene_state *state, const struct rt_refl
                            const struct rt_surface *s, double out[3])
 {
     double n_dot_v = rt_min(rt_max(vec3_dot(s->normal, r->view), 0), 1);
-    double up = 0.5 + 0.5 * s->normal[1], mirror_up = mirrored_share(r, s->roughness);
-    double coat_up = mirrored_share(r, sqrt(sqrt(r->lobes.coat_alpha_square)));
+    double up = 0.5 + 0.5 * s->normal[1],
+           mirror_up = mirrored_share(r->normal, r->view, s->roughness);
+    double coat_up =
+        mirrored_share(r->lobes.coat_normal, r->view, sqrt(sqrt(r->lobes.coat_alpha_square)));
     double split[2], f0s[3], weight = 1, largest = rt_surface_specular(s, f0s, &weight);
     environment_split(s->roughness, n_dot_v, split);
     for (int k = 0; k < 3; k++) {
@@ -139,9 +144,9 @@ void rt_reflect_hemisphere(const struct scene_state *state, const struct rt_refl
             s->base[k] * (1 - s->metallic) * (1 - s->transmission) * (1 - weight * largest);
         double base = diffuse * (ground + range * up) +
                       (ground + range * mirror_up) * (f0 * split[0] + edge * split[1]);
-        double fibres = r->lobes.has_sheen ? (double)s->material->sheen_color[k] *
-                                                 r->lobes.sheen_sent * (ground + range * up)
-                                           : 0;
+        double fibres = r->lobes.has_sheen
+                            ? r->lobes.color[k] * r->lobes.sheen_sent * (ground + range * up)
+                            : 0;
         out[k] += ((base * r->lobes.below_sheen + fibres) * r->lobes.below_coat +
                    r->lobes.coat * (ground + range * coat_up)) *
                   s->occlusion;

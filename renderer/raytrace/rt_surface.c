@@ -179,9 +179,10 @@ void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit,
 }
 
 /* Direction in which one texture coordinate grows, from the triangle's own edges. */
-static bool triangle_tangents(const struct place *place, double tangent[3], double bitangent[3])
+static bool triangle_tangents(const struct place *place, int slot, double tangent[3],
+                              double bitangent[3])
 {
-    const struct scene_texture_ref *ref = &place->mesh->material->textures[SCENE_TEXTURE_NORMAL];
+    const struct scene_texture_ref *ref = &place->mesh->material->textures[slot];
     const float *stream =
         ref->texcoord ? place->mesh->streams->texcoords_1 : place->mesh->streams->texcoords_0;
     const uint32_t *vertices = place->vertices, first = place->mesh->first_vertex;
@@ -209,10 +210,11 @@ static bool triangle_tangents(const struct place *place, double tangent[3], doub
     return true;
 }
 
-static bool tangent_frame(const struct place *place, const double n[3], double t[3], double b[3])
+static bool tangent_frame(const struct place *place, int slot, const double n[3], double t[3],
+                          double b[3])
 {
     if (!(place->mesh->primitive->flags & SCENE_PRIMITIVE_HAS_TANGENTS))
-        return triangle_tangents(place, t, b) && vec3_normalize(t) && vec3_normalize(b);
+        return triangle_tangents(place, slot, t, b) && vec3_normalize(t) && vec3_normalize(b);
     double local[4];
     interpolate(place, place->mesh->tangents, place->mesh->first_vertex, 4, local);
     mat4_transform_direction(place->mesh->world, local, t);
@@ -228,7 +230,8 @@ static bool tangent_frame(const struct place *place, const double n[3], double t
     return true;
 }
 
-static void evaluate_normal(const struct place *place, double normal[3])
+static void evaluate_mapped_normal(const struct place *place, int slot, double scale,
+                                   double normal[3])
 {
     double local[3];
     const struct scene_material *m = place->mesh->material;
@@ -240,17 +243,43 @@ static void evaluate_normal(const struct place *place, double normal[3])
     for (int k = 0; k < 3 && !place->hit->is_front; k++)
         normal[k] = -normal[k];
     double t[3], b[3], texel[4];
-    if ((m->flags & SCENE_MATERIAL_UNLIT) || !slot_is_sampled(place, SCENE_TEXTURE_NORMAL) ||
-        !tangent_frame(place, normal, t, b))
+    if ((m->flags & SCENE_MATERIAL_UNLIT) || !slot_is_sampled(place, slot) ||
+        !tangent_frame(place, slot, normal, t, b))
         return;
-    sample_slot(place, SCENE_TEXTURE_NORMAL, texel);
-    double x = (texel[0] * 2 - 1) * (double)m->normal_scale;
-    double y = (texel[1] * 2 - 1) * (double)m->normal_scale, z = texel[2] * 2 - 1;
+    sample_slot(place, slot, texel);
+    double x = (texel[0] * 2 - 1) * scale;
+    double y = (texel[1] * 2 - 1) * scale, z = texel[2] * 2 - 1;
     double mapped[3];
     for (int k = 0; k < 3; k++)
         mapped[k] = t[k] * x + b[k] * y + normal[k] * z;
     if (vec3_normalize(mapped))
         memcpy(normal, mapped, sizeof mapped);
+}
+
+static void evaluate_lobes(const struct place *place, struct rt_surface *s)
+{
+    const struct scene_material *m = place->mesh->material;
+    double texel[4];
+    if (m->flags & SCENE_MATERIAL_SPECULAR) {
+        sample_slot(place, SCENE_TEXTURE_SPECULAR, texel);
+        s->specular = (double)m->specular * texel[3];
+        sample_slot(place, SCENE_TEXTURE_SPECULAR_COLOR, texel);
+        for (int k = 0; k < 3; k++)
+            s->specular_color[k] = (double)m->specular_color[k] * texel[k];
+    }
+    if (m->clearcoat > 0) {
+        sample_slot(place, SCENE_TEXTURE_CLEARCOAT, texel);
+        s->coat = (double)m->clearcoat * texel[0];
+        sample_slot(place, SCENE_TEXTURE_CLEARCOAT_ROUGHNESS, texel);
+        s->coat_roughness = (double)m->clearcoat_roughness * texel[1];
+        evaluate_mapped_normal(place, SCENE_TEXTURE_CLEARCOAT_NORMAL,
+                               (double)m->clearcoat_normal_scale, s->coat_normal);
+    }
+    sample_slot(place, SCENE_TEXTURE_SHEEN_COLOR, texel);
+    for (int k = 0; k < 3; k++)
+        s->sheen_color[k] = (double)m->sheen_color[k] * texel[k];
+    sample_slot(place, SCENE_TEXTURE_SHEEN_ROUGHNESS, texel);
+    s->sheen_roughness = (double)m->sheen_roughness * texel[3];
 }
 
 /* Textures that decide what light loses. */
@@ -313,7 +342,7 @@ void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
     double texel[4];
     find_slots(&place, place.mesh->slots);
     evaluate_filter(&place, surface);
-    evaluate_normal(&place, surface->normal);
+    evaluate_mapped_normal(&place, SCENE_TEXTURE_NORMAL, (double)m->normal_scale, surface->normal);
     sample_slot(&place, SCENE_TEXTURE_METALLIC_ROUGHNESS, texel);
     surface->metallic = clamp01((double)m->metallic * texel[2]);
     surface->roughness = clamp01((double)m->roughness * texel[1]);
@@ -324,6 +353,7 @@ void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
         surface->emissive[k] = (double)m->emissive[k] * texel[k];
     double reflectance = ((double)m->ior - 1) / ((double)m->ior + 1);
     surface->f0 = m->ior > 0 ? reflectance * reflectance : 1;
+    evaluate_lobes(&place, surface);
 }
 
 static void transmissive_filter(const struct rt_surface *s, bool enters, double t[3])
@@ -357,22 +387,22 @@ double rt_surface_specular(const struct rt_surface *s, double f0[3], double *wei
     const struct scene_material *m = s->material;
     const bool is_other = m->flags & SCENE_MATERIAL_SPECULAR;
     double largest = 0;
-    *weight = is_other ? (double)m->specular : 1;
+    *weight = is_other ? s->specular : 1;
     for (int k = 0; k < 3; k++) {
-        f0[k] = is_other ? rt_min(s->f0 * (double)m->specular_color[k], 1) : s->f0;
+        f0[k] = is_other ? rt_min(s->f0 * s->specular_color[k], 1) : s->f0;
         largest = rt_max(largest, f0[k]);
     }
     return largest;
 }
 
 /* The share of light from behind that the interface, fibres and a coat keep from the camera. */
-static double reflected_to_camera(const struct rt_surface *s, double cosine)
+static double reflected_to_camera(const struct rt_surface *s, const double view[3], double cosine)
 {
     double c = 1 - clamp01(cosine), c2 = c * c, f0[3], weight;
     double largest = rt_surface_specular(s, f0, &weight);
     double edge = rt_max(s->f0 + rt_surface_edge(s), largest) - largest;
     struct rt_lobes lobes;
-    rt_lobes_init(&lobes, s->material, rt_max(clamp01(cosine), 1e-4));
+    rt_lobes_init(&lobes, s, view);
     return 1 - (1 - weight * (largest + edge * c2 * c2 * c)) * rt_lobes_passed(&lobes);
 }
 
@@ -396,15 +426,16 @@ void rt_surface_light_filter(const struct rt_surface *s, double cosine, bool ent
     apply_angle(s, cosine, filter);
 }
 
-void rt_surface_view_filter(const struct rt_surface *s, double cosine, bool enters,
+void rt_surface_view_filter(const struct rt_surface *s, const double view[3], bool enters,
                             double filter[3])
 {
+    double cosine = fabs(vec3_dot(s->normal, view));
     if (s->material->transmission <= 0) {
         filter[0] = filter[1] = filter[2] = 1 - s->alpha;
         return;
     }
     rt_surface_light_filter(s, cosine, enters, VIEW_BLEND_COVERAGE, filter);
-    double reflected = reflected_to_camera(s, cosine);
+    double reflected = reflected_to_camera(s, view, cosine);
     for (int k = 0; k < 3; k++)
         filter[k] *= (1 - s->alpha * reflected) * (1 - s->alpha * s->metallic);
 }

@@ -15,6 +15,10 @@ struct rt_surface {
     double metallic, roughness, occlusion;
     double emissive[3]; /* nt */
     double transmission, thickness_m, f0;
+    double specular, specular_color[3];     /* where the material has SCENE_MATERIAL_SPECULAR */
+    double coat, coat_roughness;            /* where it has a clearcoat */
+    double coat_normal[3];                  /* unit, on the viewer's side */
+    double sheen_color[3], sheen_roughness; /* where it has a sheen */
 };
 
 /* Base colour and alpha after texture and vertex colour, each in [0, 1]. footprint: chooses the
@@ -52,8 +56,8 @@ double rt_surface_specular(const struct rt_surface *surface, double f0[3], doubl
 /* Transmittance of one crossing by light (docs/explanation/shading.md, section 1). cosine: |n.l| */
 void rt_surface_light_filter(const struct rt_surface *surface, double cosine, bool enters,
                              enum view_blend_filter blend, double filter[3]);
-/* The same for the camera, section 2. */
-void rt_surface_view_filter(const struct rt_surface *surface, double cosine, bool enters,
+/* The same for the camera, section 2. view: unit, away from the surface. */
+void rt_surface_view_filter(const struct rt_surface *surface, const double view[3], bool enters,
                             double filter[3]);
 
 #endif

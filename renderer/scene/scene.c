@@ -305,11 +305,11 @@ static bool is_material(const struct scene *scene, const struct scene_material *
             return false;
     return in_range(m->metallic, 0, 1) && in_range(m->roughness, 0, 1) &&
            in_range(m->transmission, 0, 1) && in_range(m->occlusion_strength, 0, 1) &&
-           are_finite(&m->normal_scale, 1) && are_finite(m->emissive, 3) &&
-           in_range(m->alpha_cutoff, 0, INFINITY) && (m->ior == 0 || in_range(m->ior, 1, 1000)) &&
-           in_range(m->thickness, 0, 1e30f) && in_range(m->attenuation_distance, 0, 1e30f) &&
-           in_range(m->edge_exponent, 0, 1e6f) && m->alpha_mode <= SCENE_BLEND &&
-           m->pass_through <= SCENE_PASS_EDGE &&
+           are_finite(&m->normal_scale, 1) && are_finite(&m->clearcoat_normal_scale, 1) &&
+           are_finite(m->emissive, 3) && in_range(m->alpha_cutoff, 0, INFINITY) &&
+           (m->ior == 0 || in_range(m->ior, 1, 1000)) && in_range(m->thickness, 0, 1e30f) &&
+           in_range(m->attenuation_distance, 0, 1e30f) && in_range(m->edge_exponent, 0, 1e6f) &&
+           m->alpha_mode <= SCENE_BLEND && m->pass_through <= SCENE_PASS_EDGE &&
            m->flags <=
                (SCENE_MATERIAL_DOUBLE_SIDED | SCENE_MATERIAL_UNLIT | SCENE_MATERIAL_SPECULAR) &&
            is_text(scene, m->name);

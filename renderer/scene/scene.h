@@ -98,7 +98,8 @@ MUST_CHECK bool scene_open_head(struct scene *scene, const void *head, size_t he
 /* Whether a slot's texels are sRGB: the second of an image's levels_offset_bytes. */
 static inline bool scene_slot_is_srgb(int slot)
 {
-    return slot == SCENE_TEXTURE_BASE_COLOR || slot == SCENE_TEXTURE_EMISSIVE;
+    return slot == SCENE_TEXTURE_BASE_COLOR || slot == SCENE_TEXTURE_EMISSIVE ||
+           slot == SCENE_TEXTURE_SPECULAR_COLOR || slot == SCENE_TEXTURE_SHEEN_COLOR;
 }
 
 /* The scene that holds the vertices and indices which a primitive counts from. */

@@ -209,13 +209,20 @@ enum scene_material_flags {
 };
 
 enum scene_texture_slot {
-    SCENE_TEXTURE_BASE_COLOR,         /* sRGB, alpha linear */
-    SCENE_TEXTURE_METALLIC_ROUGHNESS, /* linear; G roughness, B metallic */
-    SCENE_TEXTURE_NORMAL,             /* linear */
-    SCENE_TEXTURE_OCCLUSION,          /* linear; R */
-    SCENE_TEXTURE_EMISSIVE,           /* sRGB */
-    SCENE_TEXTURE_TRANSMISSION,       /* linear; R */
-    SCENE_TEXTURE_THICKNESS,          /* linear; G */
+    SCENE_TEXTURE_BASE_COLOR,          /* sRGB, alpha linear */
+    SCENE_TEXTURE_METALLIC_ROUGHNESS,  /* linear; G roughness, B metallic */
+    SCENE_TEXTURE_NORMAL,              /* linear */
+    SCENE_TEXTURE_OCCLUSION,           /* linear; R */
+    SCENE_TEXTURE_EMISSIVE,            /* sRGB */
+    SCENE_TEXTURE_TRANSMISSION,        /* linear; R */
+    SCENE_TEXTURE_THICKNESS,           /* linear; G */
+    SCENE_TEXTURE_SPECULAR,            /* linear; A */
+    SCENE_TEXTURE_SPECULAR_COLOR,      /* sRGB */
+    SCENE_TEXTURE_CLEARCOAT,           /* linear; R */
+    SCENE_TEXTURE_CLEARCOAT_ROUGHNESS, /* linear; G */
+    SCENE_TEXTURE_CLEARCOAT_NORMAL,    /* linear */
+    SCENE_TEXTURE_SHEEN_COLOR,         /* sRGB */
+    SCENE_TEXTURE_SHEEN_ROUGHNESS,     /* linear; A */
     SCENE_TEXTURE_SLOT_COUNT
 };
 
@@ -246,8 +253,9 @@ struct scene_material {
     float attenuation_color[3];
     float edge_exponent;
     float edge_color[3];
-    float specular, specular_color[3];    /* KHR_materials_specular, with SCENE_MATERIAL_SPECULAR */
-    float clearcoat, clearcoat_roughness; /* KHR_materials_clearcoat [0,1]; 0 = none */
+    float specular, specular_color[3]; /* KHR_materials_specular, with SCENE_MATERIAL_SPECULAR */
+    float clearcoat, clearcoat_roughness, clearcoat_normal_scale; /* KHR_materials_clearcoat [0,1];
+                                                                     0 = none */
     float sheen_color[3], sheen_roughness; /* KHR_materials_sheen [0,1]; black = none */
     uint32_t alpha_mode;                   /* enum scene_alpha_mode */
     uint32_t flags;                        /* enum scene_material_flags */

@@ -9,6 +9,8 @@
 
 struct transparency_method;
 
+enum { PIXEL_LISTS_WORDS = 4 };
+
 /* The buffers of methods that keep a list of each pixel (renderer/transparency/pixel_lists.h). */
 struct pixel_lists {
     struct gl_buffer ends; /* u32 per pixel: of its range */
@@ -16,11 +18,11 @@ struct pixel_lists {
     struct gl_buffer scan;
     struct gl_buffer statistics; /* two words: as struct list_sizes */
     struct gl_buffer keys;       /* uvec4, two halves: depth, tie, entry, coverage */
-    struct gl_buffer surfaces[3];
-    struct gl_buffer colors; /* filled by shading: two vec4 per entry */
-    uint64_t pixel_count;    /* of the window */
-    uint64_t list_bytes;     /* that the lists take; the buffers may be larger */
-    uint64_t keys_offset;    /* of the sorted half, in entries */
+    struct gl_buffer surfaces[PIXEL_LISTS_WORDS]; /* uvec4 per entry; the last for lobes */
+    struct gl_buffer colors;                      /* filled by shading: two vec4 per entry */
+    uint64_t pixel_count;                         /* of the window */
+    uint64_t list_bytes;  /* that the lists take; the buffers may be larger */
+    uint64_t keys_offset; /* of the sorted half, in entries */
 };
 
 enum layers_outcome { LAYERS_FAILED, LAYERS_FOUND, LAYERS_TOO_MANY };
@@ -33,6 +35,7 @@ struct layers { /* zeroed = no method, and no surface */
     bool is_guessed;     /* the device alone knows their number */
     uint64_t most_bytes; /* that the method's buffers may take; 0: any */
     uint64_t missing_bytes; /* that the last surfaces would have taken, where those were too few */
+    bool has_lobes;         /* of the items: shaders/draw/lobes.glsl */
     bool has_media, may_surround; /* of the items: struct geometry_items */
     struct pixel_lists lists;     /* of methods that keep lists */
 };

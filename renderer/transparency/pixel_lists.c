@@ -164,7 +164,7 @@ static bool count_fragments(struct layers *layers, const struct window_frame *fr
 static void finish_entries(struct layers *layers)
 {
     gl_buffer_finish(&layers->lists.keys);
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < PIXEL_LISTS_WORDS; i++)
         gl_buffer_finish(&layers->lists.surfaces[i]);
     gl_buffer_finish(&layers->lists.colors);
 }
@@ -175,9 +175,14 @@ static uint64_t key_bytes(const struct layers *layers)
     return layers->longest > LIST_RUN ? 32 : 16;
 }
 
+static int word_count(const struct layers *layers)
+{
+    return layers->has_lobes ? PIXEL_LISTS_WORDS : PIXEL_LISTS_WORDS - 1;
+}
+
 static uint64_t entry_bytes(const struct layers *layers)
 {
-    return key_bytes(layers) + 32 + 3 * 16;
+    return key_bytes(layers) + 32 + (uint64_t)word_count(layers) * 16;
 }
 
 /* Whether the entries that were counted have room. Buffers that would grow beyond it by what they
@@ -190,7 +195,7 @@ static bool find_room(struct layers *layers)
     uint64_t exact = pixels + n * entry_bytes(layers);
     uint64_t grown = pixels + gl_buffer_reserved_bytes(&layers->lists.keys, n * key_bytes(layers)) +
                      gl_buffer_reserved_bytes(&layers->lists.colors, n * 32);
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < word_count(layers); i++)
         grown += gl_buffer_reserved_bytes(&layers->lists.surfaces[i], n * 16);
     if (!layers->most_bytes)
         return true;
@@ -203,13 +208,14 @@ static bool find_room(struct layers *layers)
 static bool scatter_fragments(struct layers *layers, const struct window_frame *frame,
                               const struct geometry_items *items, struct error *err)
 {
-    static const char *const labels[] = {"lists.surface_0", "lists.surface_1", "lists.surface_2"};
+    static const char *const labels[PIXEL_LISTS_WORDS] = {"lists.surface_0", "lists.surface_1",
+                                                          "lists.surface_2", "lists.lobes"};
     uint64_t n = layers->entry_count;
     layers->lists.list_bytes += n * entry_bytes(layers);
     if (!reserve(&layers->lists.keys, "lists.keys", n * key_bytes(layers), err) ||
         !reserve(&layers->lists.colors, "lists.colors", n * 32, err))
         return false;
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < word_count(layers); i++)
         if (!reserve(&layers->lists.surfaces[i], labels[i], n * 16, err))
             return false;
     gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
@@ -329,17 +335,19 @@ static bool are_any(const struct geometry_items *items)
     return items->transparent_count || items->medium_count;
 }
 
-static void begin(struct layers *layers, const struct geometry_items *items)
+static void begin(struct layers *layers, const struct window_frame *frame,
+                  const struct geometry_items *items)
 {
     layers_clear(layers);
     layers->has_media = items->medium_count > 0;
+    layers->has_lobes = shader_needs_lobes(frame->needs->layer_kinds);
     layers->may_surround = items->may_surround;
 }
 
 bool pixel_lists_count(struct layers *layers, const struct window_frame *frame,
                        const struct geometry_items *items, struct error *err)
 {
-    begin(layers, items);
+    begin(layers, frame, items);
     layers->is_counted = are_any(items) && count_fragments(layers, frame, items, false, err);
     return layers->is_counted || !are_any(items);
 }
@@ -354,7 +362,7 @@ static bool find_sizes(struct layers *layers, const struct window_frame *frame,
         read_sizes(layers, frame);
         return true;
     }
-    begin(layers, items);
+    begin(layers, frame, items);
     take_guess(layers, room, frame->limits);
     if (!count_fragments(layers, frame, items, !layers->is_guessed, err))
         return false;
@@ -370,7 +378,7 @@ enum layers_outcome pixel_lists_find(struct layers *layers, const struct window_
                                      const struct list_sizes *room, struct error *err)
 {
     if (!are_any(items)) {
-        begin(layers, items);
+        begin(layers, frame, items);
         return LAYERS_FOUND;
     }
     if (!find_sizes(layers, frame, items, room, err))
@@ -438,6 +446,8 @@ void pixel_lists_bind(const struct layers *layers, const struct gl_program *prog
     bind(&layers->lists.surfaces[0], n * 16, BIND_FRAGMENT_SURFACE_0);
     bind(&layers->lists.surfaces[1], n * 16, BIND_FRAGMENT_SURFACE_1);
     bind(&layers->lists.surfaces[2], n * 16, BIND_FRAGMENT_SURFACE_2);
+    if (layers->has_lobes)
+        bind(&layers->lists.surfaces[3], n * 16, BIND_FRAGMENT_LOBES);
     bind(&layers->lists.colors, n * PIXEL_LISTS_ENTRY_BYTES, BIND_FRAGMENT_COLORS);
     if (!program)
         return;
@@ -457,8 +467,10 @@ void pixel_lists_finish(struct layers *layers)
 
 uint64_t pixel_lists_size_bytes(const struct layers *layers)
 {
-    return layers->lists.ends.size_bytes + layers->lists.left.size_bytes +
-           layers->lists.scan.size_bytes + layers->lists.keys.size_bytes +
-           layers->lists.surfaces[0].size_bytes + layers->lists.surfaces[1].size_bytes +
-           layers->lists.surfaces[2].size_bytes + layers->lists.colors.size_bytes;
+    uint64_t bytes = layers->lists.ends.size_bytes + layers->lists.left.size_bytes +
+                     layers->lists.scan.size_bytes + layers->lists.keys.size_bytes +
+                     layers->lists.colors.size_bytes;
+    for (int i = 0; i < PIXEL_LISTS_WORDS; i++)
+        bytes += layers->lists.surfaces[i].size_bytes;
+    return bytes;
 }

@@ -2,6 +2,7 @@
 /* Culling against the camera, shader variants by material, and the camera's draw passes. */
 #include "renderer/window/geometry.h"
 
+#include <assert.h>
 #include <epoxy/gl.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -115,15 +116,26 @@ void geometry_items_finish(struct geometry_items *items)
 
 /* Bits of a variant above the mask of its textures. */
 enum {
-    VARIANT_TEXTURES = (1 << 7) - 1,
-    VARIANT_TANGENT = 1 << 7,
-    VARIANT_COLOR = 1 << 8,
-    VARIANT_NORMAL_MAP = 1 << 9,
-    VARIANT_MASKED = 1 << 10,
-    VARIANT_MEDIUM = 1 << 11,
-    VARIANT_CAP = 1 << 12,
-    VARIANTS = 1 << 13,
+    VARIANT_TEXTURES = (1 << SCENE_TEXTURE_SLOT_COUNT) - 1,
+    VARIANT_TANGENT = 1 << 16,
+    VARIANT_COLOR = 1 << 17,
+    VARIANT_NORMAL_MAP = 1 << 18,
+    VARIANT_MASKED = 1 << 19,
+    VARIANT_MEDIUM = 1 << 20,
+    VARIANT_CAP = 1 << 21,
+    VARIANT_LOBES = 1 << 22,
+    KNOWN_VARIANTS = 256, /* a power of two */
 };
+static_assert(SCENE_TEXTURE_SLOT_COUNT <= 16, "the other bits of a variant are above");
+
+/* A program in use, its uniforms set. */
+struct known_variant {
+    uint32_t variant;
+    const struct gl_program *program; /* NULL: the place is free */
+};
+
+static const uint32_t NORMAL_MAPS =
+    1u << SCENE_TEXTURE_NORMAL | 1u << SCENE_TEXTURE_CLEARCOAT_NORMAL;
 
 struct variant_context {
     const struct window_frame *frame;
@@ -131,17 +143,34 @@ struct variant_context {
     const uint32_t *items; /* of a submission */
     bool evaluates;
     bool is_layer;
-    bool has_normal_offset;                      /* smooth surfaces say how far */
-    bool is_hidden;                              /* of media: the part behind the opaque depth */
-    float across[2], depth[4];                   /* camera_clip */
-    const struct gl_program *programs[VARIANTS]; /* those in use, their uniforms set */
+    bool has_normal_offset;                     /* smooth surfaces say how far */
+    bool is_hidden;                             /* of media: the part behind the opaque depth */
+    float across[2], depth[4];                  /* camera_clip */
+    struct known_variant known[KNOWN_VARIANTS]; /* of two with one place the last */
 };
+
+/* A texture without its lobe changes nothing. */
+static bool slot_matters(const struct scene_material *m, int slot)
+{
+    switch (slot) {
+    case SCENE_TEXTURE_CLEARCOAT:
+    case SCENE_TEXTURE_CLEARCOAT_ROUGHNESS:
+    case SCENE_TEXTURE_CLEARCOAT_NORMAL:
+        return m->clearcoat > 0;
+    case SCENE_TEXTURE_SHEEN_COLOR:
+    case SCENE_TEXTURE_SHEEN_ROUGHNESS:
+        return m->sheen_color[0] > 0 || m->sheen_color[1] > 0 || m->sheen_color[2] > 0;
+    default:
+        return true;
+    }
+}
 
 static uint32_t texture_mask(const struct scene *scene, const struct scene_material *m)
 {
     uint32_t mask = 0;
     for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
-        if (m->textures[slot].texture >= 0 && scene->textures[m->textures[slot].texture].image >= 0)
+        if (m->textures[slot].texture >= 0 && slot_matters(m, slot) &&
+            scene->textures[m->textures[slot].texture].image >= 0)
             mask |= 1u << slot;
     return mask;
 }
@@ -151,19 +180,22 @@ static uint32_t variant_of(const struct variant_context *context, const struct s
 {
     const struct scene *scene = context->frame->state->scene;
     const struct scene_primitive *p = state_geometry_of(context->frame->state, item).primitive;
-    const struct scene_material *m = &context->frame->state->materials[item->material].base;
+    const struct state_material *material = &context->frame->state->materials[item->material];
+    const struct scene_material *m = &material->base;
     uint32_t variant = item->is_medium ? VARIANT_MEDIUM : item->cap ? VARIANT_CAP : 0;
     if (!context->evaluates)
         return variant;
     if (p->flags & (SCENE_PRIMITIVE_HAS_TEXCOORDS_0 | SCENE_PRIMITIVE_HAS_TEXCOORDS_1))
         variant |= texture_mask(scene, m);
     if (m->flags & SCENE_MATERIAL_UNLIT)
-        variant &= ~(1u << SCENE_TEXTURE_NORMAL);
-    if (variant & 1u << SCENE_TEXTURE_NORMAL)
+        variant &= ~NORMAL_MAPS;
+    if (variant & NORMAL_MAPS)
         variant |= VARIANT_NORMAL_MAP |
                    (p->flags & SCENE_PRIMITIVE_HAS_TANGENTS ? (uint32_t)VARIANT_TANGENT : 0u);
     if (p->flags & SCENE_PRIMITIVE_HAS_COLORS)
         variant |= VARIANT_COLOR;
+    if (!context->is_layer && shader_needs_lobes(material_flags(material)))
+        variant |= VARIANT_LOBES;
     if (item->class_ == STATE_MASKED || m->alpha_mode == SCENE_MASK)
         variant |= VARIANT_MASKED;
     return variant;
@@ -189,8 +221,9 @@ static void describe_variant(const struct variant_context *context, uint32_t var
     char kinds[SHADER_NEEDS_TEXT_BYTES] = "";
     if (context->is_layer)
         shader_needs_material_defines(context->frame->needs->layer_kinds, kinds);
-    snprintf(text + used, VARIANT_BYTES - (size_t)used, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s%s", mask,
-             mask ? " HAS_TEXCOORDS" : "", variant & VARIANT_TANGENT ? " HAS_TANGENT" : "",
+    snprintf(text + used, VARIANT_BYTES - (size_t)used, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s%s%s",
+             mask, mask ? " HAS_TEXCOORDS" : "", variant & VARIANT_LOBES ? " HAS_LOBES" : "",
+             variant & VARIANT_TANGENT ? " HAS_TANGENT" : "",
              variant & VARIANT_COLOR ? " HAS_COLOR" : "",
              variant & VARIANT_NORMAL_MAP ? " HAS_NORMAL_MAP" : "",
              variant & VARIANT_MASKED ? " IS_MASKED" : "",
@@ -235,13 +268,20 @@ static const struct gl_program *prepare_variant(const struct variant_context *co
     return program;
 }
 
+static uint32_t place_of(uint32_t variant)
+{
+    return variant * 0x9e3779b9u >> 24;
+}
+
 static bool choose(void *opaque, size_t index, struct draw_choice *choice, struct error *err)
 {
     struct variant_context *context = opaque;
     uint32_t variant = variant_of(context, &context->frame->state->items[context->items[index]]);
-    if (!context->programs[variant])
-        context->programs[variant] = prepare_variant(context, variant, err);
-    choice->program = context->programs[variant];
+    struct known_variant *known = &context->known[place_of(variant)];
+    if (!known->program || known->variant != variant)
+        *known = (struct known_variant){.variant = variant,
+                                        .program = prepare_variant(context, variant, err)};
+    choice->program = known->program;
     choice->samples_textures = (variant & VARIANT_TEXTURES) != 0;
     return choice->program != NULL;
 }
@@ -491,14 +531,14 @@ struct listing { /* of the programs of one pass of the plan */
 
 static void list_variants(const struct listing *listing, const struct pass *pass)
 {
-    bool is_listed[VARIANTS] = {false};
+    uint64_t listed[KNOWN_VARIANTS] = {0}; /* variant + 1 of each place, the last of two */
     const struct variant_context context = context_of(listing->frame, pass);
     for (size_t i = 0; i < pass->count; i++) {
         uint32_t variant = variant_of(&context, &listing->frame->state->items[pass->items[i]]);
         char defines[VARIANT_BYTES];
-        if (is_listed[variant])
+        if (listed[place_of(variant)] == (uint64_t)variant + 1)
             continue;
-        is_listed[variant] = true;
+        listed[place_of(variant)] = (uint64_t)variant + 1;
         const struct program_desc desc = variant_program(&context, variant, defines);
         program_list_add(listing->list, listing->pass, &desc, listing->is_conditional);
     }

@@ -67,9 +67,11 @@ void window_bind_targets(const struct window_frame *frame, const struct gl_progr
     gl_texture_bind(&frame->targets->surface_0, UNIT_GBUFFER_0);
     gl_texture_bind(&frame->targets->surface_1, UNIT_GBUFFER_1);
     gl_texture_bind(&frame->targets->depth, UNIT_GBUFFER_DEPTH);
+    if (frame->targets->lobes.name)
+        gl_texture_bind(&frame->targets->lobes, UNIT_GBUFFER_LOBES);
     if (frame->targets->samples > 1)
         gl_texture_bind(&frame->targets->signature, UNIT_GBUFFER_SIGNATURE);
-    for (GLuint unit = UNIT_GBUFFER_SIGNATURE; unit <= UNIT_GBUFFER_DEPTH; unit++)
+    for (GLuint unit = UNIT_GBUFFER_LOBES; unit <= UNIT_GBUFFER_DEPTH; unit++)
         glBindSampler(unit, 0);
     gl_program_set_u2(program, "u_size_px", (uint32_t)frame->window.width,
                       (uint32_t)frame->window.height);

@@ -8,6 +8,9 @@
 #include "shared/records.h"
 #include "material/material.glsl"
 #include "draw/surface.glsl"
+#ifdef HAS_LOBES
+#include "draw/lobes.glsl"
+#endif
 
 layout(location = 0) in vec3 v_position;
 layout(location = 1) in vec3 v_normal;
@@ -33,11 +36,11 @@ vec4 evaluate_texel(uint m, int slot)
 
 // Tangent frame from the vertex tangent, else from derivatives. Schueler 2013, "Followup: Normal
 // Mapping without Precomputed Tangents", eq. for the cotangent frame.
-vec3 evaluate_normal_map(uint m, vec3 n)
-{
 #ifdef HAS_NORMAL_MAP
-    vec3 texel = evaluate_texel(m, SLOT_NORMAL).xyz * 2.0 - 1.0;
-    texel.xy *= materials[m].metallic_roughness_normal_occlusion.z;
+vec3 evaluate_normal_map(uint m, vec3 n, int slot, float scale)
+{
+    vec3 texel = evaluate_texel(m, slot).xyz * 2.0 - 1.0;
+    texel.xy *= scale;
 #ifdef HAS_TANGENT
     vec3 t = v_tangent.xyz - n * dot(n, v_tangent.xyz);
     if (dot(t, t) < 1e-30)
@@ -45,23 +48,61 @@ vec3 evaluate_normal_map(uint m, vec3 n)
     t = normalize(t);
     vec3 b = cross(n, t) * v_tangent.w * (v_ids.w != 0u ? 1.0 : -1.0);
 #else
-    material_uv uv = material_coordinates(m, SLOT_NORMAL, v_texcoords.xy, v_texcoords.zw);
+    material_uv uv = material_coordinates(m, slot, v_texcoords.xy, v_texcoords.zw);
     vec3 px = dFdx(v_position), py = dFdy(v_position);
     vec2 ux = uv.dx, uy = uv.dy;
     vec3 qx = cross(py, n), qy = cross(n, px);
     vec3 t = qx * ux.x + qy * uy.x, b = qx * ux.y + qy * uy.y;
-    float largest = max(dot(t, t), dot(b, b));
-    if (!(largest > 0.0))
+    if (!(dot(t, t) > 0.0 && dot(b, b) > 0.0))
         return n;
-    t *= inversesqrt(largest);
-    b *= -inversesqrt(largest); // glTF's v points down the image, +Y of the normal map up
+    t *= inversesqrt(dot(t, t));
+    b *= -inversesqrt(dot(b, b)); // glTF's v points down the image, +Y of the normal map up
 #endif
     vec3 mapped = t * texel.x + b * texel.y + n * texel.z;
     return dot(mapped, mapped) > 0.0 ? normalize(mapped) : n;
+}
+#endif
+
+vec3 evaluate_to_viewer()
+{
+#ifdef IS_ORTHOGRAPHIC
+    return vec3(0.0, 0.0, 1.0);
 #else
-    return n;
+    return -v_position;
 #endif
 }
+
+// Of the vertices, on the viewer's side.
+vec3 evaluate_vertex_normal(vec3 to_viewer)
+{
+    float length_n = dot(v_normal, v_normal);
+    vec3 n = length_n > 0.0 ? v_normal * inversesqrt(length_n) : normalize(to_viewer);
+    return gl_FrontFacing ? n : -n;
+}
+
+#ifdef HAS_LOBES
+// Undefined where the material has none.
+surface_lobes evaluate_lobes()
+{
+    uint m = materials[v_ids.x].lobes;
+    material_record r = materials[m];
+    surface_lobes lobes;
+    lobes.specular.rgb = r.LOBES_SPECULAR.rgb * evaluate_texel(m, SLOT_SPECULAR_COLOR).rgb;
+    lobes.specular.w = r.LOBES_SPECULAR.w * evaluate_texel(m, SLOT_SPECULAR).a;
+    lobes.sheen = r.LOBES_SHEEN_COLOR.rgb * evaluate_texel(m, SLOT_SHEEN_COLOR).rgb;
+    vec4 coat_sheen = r.LOBES_COAT_SHEEN;
+    lobes.sheen_roughness = coat_sheen.z * evaluate_texel(m, SLOT_SHEEN_ROUGHNESS).a;
+    lobes.coat = coat_sheen.x * evaluate_texel(m, SLOT_CLEARCOAT).r;
+    lobes.coat_roughness = coat_sheen.y * evaluate_texel(m, SLOT_CLEARCOAT_ROUGHNESS).g;
+    lobes.coat_normal = evaluate_vertex_normal(evaluate_to_viewer());
+#ifdef HAS_NORMAL_MAP
+    if ((TEXTURES & 1 << SLOT_CLEARCOAT_NORMAL) != 0)
+        lobes.coat_normal =
+            evaluate_normal_map(m, lobes.coat_normal, SLOT_CLEARCOAT_NORMAL, coat_sheen.w);
+#endif
+    return lobes;
+}
+#endif
 
 surface evaluate_surface()
 {
@@ -71,20 +112,18 @@ surface evaluate_surface()
     vec3 px = dFdx(v_position), py = dFdy(v_position);
     vec3 cross_product = cross(px, py);
     float area = dot(cross_product, cross_product);
-#ifdef IS_ORTHOGRAPHIC
-    vec3 to_viewer = vec3(0.0, 0.0, 1.0);
-#else
-    vec3 to_viewer = -v_position;
-#endif
-    float length_n = dot(v_normal, v_normal);
-    vec3 n = length_n > 0.0 ? v_normal * inversesqrt(length_n) : normalize(to_viewer);
+    vec3 to_viewer = evaluate_to_viewer();
+    vec3 n = evaluate_vertex_normal(to_viewer);
     s.is_front = gl_FrontFacing;
-    if (!s.is_front)
-        n = -n;
     s.geo_normal = area > 0.0 ? cross_product * inversesqrt(area) : n;
     if (dot(s.geo_normal, to_viewer) < 0.0)
         s.geo_normal = -s.geo_normal;
-    s.normal = evaluate_normal_map(m, n);
+    s.normal = n;
+#ifdef HAS_NORMAL_MAP
+    if ((TEXTURES & 1 << SLOT_NORMAL) != 0)
+        s.normal = evaluate_normal_map(m, n, SLOT_NORMAL,
+                                       r.metallic_roughness_normal_occlusion.z);
+#endif
     vec4 base = r.base_color * evaluate_texel(m, SLOT_BASE_COLOR);
 #ifdef HAS_COLOR
     base *= v_color;

@@ -39,31 +39,10 @@ struct brdf_input {
     vec4 specular; // of the dielectric: tint of f0, weight; where MATERIAL_SPECULAR
     vec3 sheen;    // colour; where MATERIAL_SHEEN
     float sheen_roughness;
-    float coat, coat_alpha; // where MATERIAL_CLEARCOAT
+    vec3 coat_normal;
+    float coat_alpha; // where MATERIAL_CLEARCOAT
     float below_sheen, below_coat; // shares of the light of what lies below that come through
 };
-
-// Lobes of the record; b.normal and b.view are known.
-void brdf_add_lobes(inout brdf_input b, uint material)
-{
-    float n_dot_v = clamp(dot(b.normal, b.view), 1e-4, 1.0);
-    b.specular = MATERIAL_MAY_BE(MATERIAL_SPECULAR) ? materials[material].specular : vec4(1.0);
-    b.sheen = vec3(0.0);
-    b.sheen_roughness = b.coat = b.coat_alpha = 0.0;
-    b.below_sheen = b.below_coat = 1.0;
-    if (MATERIAL_MAY_BE(MATERIAL_SHEEN)) {
-        b.sheen = materials[material].sheen_color.rgb;
-        b.sheen_roughness = materials[material].coat_sheen.z;
-        b.below_sheen = sheen_base_share(b.sheen, n_dot_v, b.sheen_roughness);
-        b.sheen /= max(sheen_albedo(n_dot_v, b.sheen_roughness), 1.0);
-    }
-    if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT)) {
-        vec4 record = materials[material].coat_sheen;
-        b.coat = record.x;
-        b.coat_alpha = max(record.y * record.y, MIN_ALPHA);
-        b.below_coat = 1.0 - coat_share(b.coat, n_dot_v);
-    }
-}
 
 // Diffuse part and lobe of the dielectric. The largest channel of a tinted reflection is what the
 // diffuse part loses.
@@ -125,9 +104,10 @@ vec3 brdf_evaluate(brdf_input b, vec3 l)
             result += b.sheen *
                       (sheen_lobe(b.normal, h, n_dot_l, n_dot_v, b.sheen_roughness) * n_dot_l);
         result *= b.below_coat;
-        if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT) && n_dot_l > 0.0)
-            result += (1.0 - b.below_coat) * ggx_d(b.normal, h, b.coat_alpha) *
-                      ggx_v(n_dot_l, n_dot_v, b.coat_alpha) * n_dot_l;
+        float coat_l = dot(b.coat_normal, l), coat_v = max(dot(b.coat_normal, b.view), 1e-4);
+        if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT) && n_dot_l > 0.0 && coat_l > 0.0)
+            result += (1.0 - b.below_coat) * ggx_d(b.coat_normal, h, b.coat_alpha) *
+                      ggx_v(coat_l, coat_v, b.coat_alpha) * coat_l;
     }
     return result;
 }

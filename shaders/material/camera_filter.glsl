@@ -68,32 +68,16 @@ camera_factor camera_material_factor(surface s, float transmission, float thickn
     return f;
 }
 
-// The share of light from behind that interface, fibres and coat do not let through.
-float reflected_to_camera(material_record r, float n_dot_v)
-{
-    float f0 = r.transmission_f0_thickness.y;
-    if (!MATERIAL_MAY_BE(MATERIAL_SPECULAR | MATERIAL_SHEEN | MATERIAL_CLEARCOAT))
-        return dielectric_fresnel(f0, n_dot_v);
-    float passed = 1.0 - largest_of(specular_fresnel(f0, r.specular, n_dot_v));
-    if (MATERIAL_MAY_BE(MATERIAL_SHEEN))
-        passed *= sheen_base_share(r.sheen_color.rgb, n_dot_v, r.coat_sheen.z);
-    if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT))
-        passed *= 1.0 - coat_share(r.coat_sheen.x, n_dot_v);
-    return 1.0 - passed;
-}
-
 // Blended surfaces cover (glTF 2.0, 3.9.4), transmissive ones filter what the dielectric interface
-// did not reflect (KHR_materials_transmission). is_unseen: crossed, but not drawn; then it reflects
-// nothing. A word of filter_word.glsl.
-vec3 camera_filter(surface s, float transmission, float thickness_m, float n_dot_v, bool is_unseen)
+// did not reflect (KHR_materials_transmission). reflected: the share that it did. A word of
+// filter_word.glsl.
+vec3 camera_filter(surface s, float transmission, float thickness_m, float n_dot_v, float reflected)
 {
     material_record r = materials[s.material];
     camera_factor f = factor_of_opacity(vec3(s.alpha));
     if (MATERIAL_IS(r.flags, MATERIAL_TRANSMISSION)) {
-        float reflected = reflected_to_camera(r, n_dot_v);
         f = camera_material_factor(s, transmission, thickness_m, n_dot_v);
-        if (!is_unseen)
-            f = factor_product(f, factor_of_opacity(vec3(s.alpha * reflected)));
+        f = factor_product(f, factor_of_opacity(vec3(s.alpha * reflected)));
         f = factor_product(f, factor_of_opacity(vec3(s.alpha * s.metallic)));
     }
     return filter_pack(clamp(f.t, 0.0, 1.0), clamp(f.o, 0.0, 1.0));

@@ -19,7 +19,12 @@ layout(std430, binding = BIND_MATERIALS) readonly buffer material_buffer {
 #define TEXTURES 0
 #endif
 #if TEXTURES != 0
-layout(binding = UNIT_MATERIAL_0) uniform sampler2D u_textures[7];
+layout(binding = UNIT_MATERIAL_0) uniform sampler2D
+#if TEXTURES > 127
+    u_textures[14];
+#else
+    u_textures[7]; // fewer units, which casters use for other things
+#endif
 
 struct material_uv {
     vec2 at, dx, dy; // texture coordinates and their screen derivatives
@@ -28,14 +33,16 @@ struct material_uv {
 // Derivatives are taken of the varyings and transformed afterwards: on llvmpipe a storage buffer
 // reads as zero in the helper lanes of a quad, which would spoil any derivative of a value that
 // depends on the material record.
+// m: the record that has the slot, which is that of its lobes from SLOTS_OF_BASE on.
 material_uv material_coordinates(uint m, int slot, vec2 uv_0, vec2 uv_1)
 {
     vec2 dx_0 = dFdx(uv_0), dy_0 = dFdy(uv_0), dx_1 = dFdx(uv_1), dy_1 = dFdy(uv_1);
-    bool second = (materials[m].texcoord_mask & (1u << slot)) != 0u;
+    int row = slot % SLOTS_OF_BASE;
+    bool second = (materials[m].texcoord_mask & (1u << row)) != 0u;
     vec3 uv = vec3(second ? uv_1 : uv_0, 1.0);
     vec2 dx = second ? dx_1 : dx_0, dy = second ? dy_1 : dy_0;
-    vec3 row_0 = materials[m].uv_transforms[2 * slot].xyz;
-    vec3 row_1 = materials[m].uv_transforms[2 * slot + 1].xyz;
+    vec3 row_0 = materials[m].uv_transforms[2 * row].xyz;
+    vec3 row_1 = materials[m].uv_transforms[2 * row + 1].xyz;
     return material_uv(vec2(dot(row_0, uv), dot(row_1, uv)),
                        vec2(dot(row_0.xy, dx), dot(row_1.xy, dx)),
                        vec2(dot(row_0.xy, dy), dot(row_1.xy, dy)));
@@ -49,6 +56,13 @@ material_uv material_coordinates(uint m, int slot, vec2 uv_0, vec2 uv_1)
 #define SLOT_EMISSIVE 4
 #define SLOT_TRANSMISSION 5
 #define SLOT_THICKNESS 6
+#define SLOT_SPECULAR 7
+#define SLOT_SPECULAR_COLOR 8
+#define SLOT_CLEARCOAT 9
+#define SLOT_CLEARCOAT_ROUGHNESS 10
+#define SLOT_CLEARCOAT_NORMAL 11
+#define SLOT_SHEEN_COLOR 12
+#define SLOT_SHEEN_ROUGHNESS 13
 
 vec4 material_texel(uint m, int slot, vec2 uv_0, vec2 uv_1, vec4 otherwise)
 {

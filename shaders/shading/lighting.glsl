@@ -11,6 +11,9 @@
 #include "shared/records.h"
 #include "material/material.glsl"
 #include "draw/surface.glsl"
+#ifdef HAS_LOBES
+#include "draw/lobes.glsl"
+#endif
 #include "material/brdf.glsl"
 #ifdef HAS_LIGHTS
 layout(std430, binding = BIND_LIGHTS) readonly buffer light_buffer { light_record lights[]; };
@@ -178,9 +181,9 @@ vec3 light_sent_by_area(light_record r, uint index, brdf_input b, vec3 position,
 
 #ifdef HAS_ENVIRONMENT
 // What a lobe of that roughness mirrors.
-vec3 hemisphere_mirrored(brdf_input b, float roughness)
+vec3 hemisphere_mirrored(brdf_input b, vec3 normal, float roughness)
 {
-    vec3 r = reflect(-b.view, b.normal);
+    vec3 r = reflect(-b.view, normal);
     float spread = mix(0.05, 1.0, roughness);
     return mix(u_ground, u_sky, clamp(0.5 + 0.5 * dot(u_world_y, r) / spread, 0.0, 1.0));
 }
@@ -193,13 +196,14 @@ vec3 hemisphere_lobes(brdf_input b, vec3 irradiance, vec2 split, float n_dot_v, 
     f0 = mix(f0, b.base, b.metallic);
     float edge = mix(b.specular.w, 1.0, b.metallic);
     vec3 sent = b.base * dielectric * irradiance +
-                hemisphere_mirrored(b, roughness) * (f0 * split.x + edge * split.y);
+                hemisphere_mirrored(b, b.normal, roughness) * (f0 * split.x + edge * split.y);
     sent *= b.below_sheen;
     if (MATERIAL_MAY_BE(MATERIAL_SHEEN))
         sent += b.sheen * sheen_albedo(n_dot_v, b.sheen_roughness) * irradiance;
     sent *= b.below_coat;
     if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT))
-        sent += (1.0 - b.below_coat) * hemisphere_mirrored(b, sqrt(b.coat_alpha));
+        sent += (1.0 - b.below_coat) *
+                hemisphere_mirrored(b, b.coat_normal, sqrt(b.coat_alpha));
     return sent;
 }
 
@@ -207,9 +211,9 @@ vec3 hemisphere_light(brdf_input b, float roughness, float occlusion)
 {
     float n_dot_v = clamp(dot(b.normal, b.view), 0.0, 1.0);
     vec3 irradiance = mix(u_ground, u_sky, 0.5 + 0.5 * dot(u_world_y, b.normal)); // over pi
-    vec3 mirrored = hemisphere_mirrored(b, roughness);
+    vec3 mirrored = hemisphere_mirrored(b, b.normal, roughness);
     vec2 split = environment_brdf(roughness, n_dot_v);
-    if (MATERIAL_MAY_BE(MATERIAL_SPECULAR | MATERIAL_SHEEN | MATERIAL_CLEARCOAT))
+    if (MATERIAL_MAY_BE(MATERIAL_LOBES))
         return hemisphere_lobes(b, irradiance, split, n_dot_v, roughness) * occlusion;
     vec3 f0 = mix(vec3(b.f0), b.base, b.metallic);
     vec3 diffuse = b.base * ((1.0 - b.metallic) * (1.0 - b.transmission) * (1.0 - b.f0));
@@ -226,7 +230,33 @@ struct lit_surface {
     uvec2 pixel;        // in the window, y up
     float view_z;       // distance along the view direction [m]
     vec3 before;        // its light of the parts before this one
+#ifdef HAS_LOBES
+    uvec4 lobes; // lobes_pack's; undefined where the material has none
+#endif
 };
+
+#ifdef HAS_LOBES
+// b.normal and b.view are known.
+void lighting_add_lobes(inout brdf_input b, uvec4 words, uint flags)
+{
+    surface_lobes lobes = lobes_unpack(words);
+    float n_dot_v = clamp(dot(b.normal, b.view), 1e-4, 1.0);
+    bool has_sheen = MATERIAL_IS(flags, MATERIAL_SHEEN);
+    bool has_coat = MATERIAL_IS(flags, MATERIAL_CLEARCOAT);
+    b.specular = MATERIAL_IS(flags, MATERIAL_SPECULAR) ? lobes.specular : vec4(1.0);
+    b.sheen = has_sheen ? lobes.sheen : vec3(0.0);
+    b.sheen_roughness = lobes.sheen_roughness;
+    b.coat_normal = has_coat ? lobes.coat_normal : b.normal;
+    b.coat_alpha = has_coat ? max(lobes.coat_roughness * lobes.coat_roughness, MIN_ALPHA) : 1.0;
+    b.below_sheen = b.below_coat = 1.0;
+    if (has_sheen) {
+        b.below_sheen = sheen_base_share(b.sheen, n_dot_v, b.sheen_roughness);
+        b.sheen /= max(sheen_albedo(n_dot_v, b.sheen_roughness), 1.0);
+    }
+    if (has_coat)
+        b.below_coat = 1.0 - coat_share(lobes.coat, clamp(dot(b.coat_normal, b.view), 1e-4, 1.0));
+}
+#endif
 
 vec3 lighting_evaluate(lit_surface at)
 {
@@ -242,8 +272,11 @@ vec3 lighting_evaluate(lit_surface at)
     b.alpha = max(s.roughness * s.roughness, MIN_ALPHA);
     b.f0 = materials[s.material].transmission_f0_thickness.y;
     b.transmission = MATERIAL_MAY_BE(MATERIAL_TRANSMISSION) ? at.transmission : 0.0;
-    brdf_add_lobes(b, s.material);
-    vec3 radiance = IS_FIRST_PART ? s.emissive * b.below_coat : at.before;
+#ifdef HAS_LOBES
+    lighting_add_lobes(b, at.lobes, flags);
+    s.emissive *= b.below_coat;
+#endif
+    vec3 radiance = IS_FIRST_PART ? s.emissive : at.before;
 #ifdef HAS_SHADOWS
     // materials without self shadow ask for the events of other objects only (Lindbeck 2015, "no
     // self shadow")

@@ -70,6 +70,8 @@ LAYOUT_SIZE(face_record, 256)
 #define MATERIAL_CLEARCOAT 4096u /* a coat over all */
 #define MATERIAL_SHEEN 8192u     /* fibres over the base */
 
+#define MATERIAL_LOBES (MATERIAL_SPECULAR | MATERIAL_CLEARCOAT | MATERIAL_SHEEN)
+
 #define MATERIAL_KIND_METAL 0x10000u /* of no record: in masks of kinds, see material.glsl */
 
 #define FRAGMENT_HIDDEN                                                          \
@@ -84,18 +86,23 @@ struct material_record {
                                        edge exponent */
     vec4 attenuation;               /* rgb: extinction sigma [1/m] of the medium; w unused */
     vec4 edge_color;
-    vec4 specular;          /* rgb: tint of the dielectric's f0; w: weight of its reflection */
-    vec4 coat_sheen;        /* x coat, y roughness of the coat, z roughness of the sheen */
-    vec4 sheen_color;       /* w unused */
-    uint flags;             /* MATERIAL_* */
-    uint texture_mask;      /* bit per enum scene_texture_slot */
-    uint texcoord_mask;     /* bit set: slot uses TEXCOORD_1 */
-    uint source;            /* index of the scene's material: scaled copies share one */
+    uint flags;         /* MATERIAL_* */
+    uint lobes;         /* of MATERIAL_LOBES: the record with LOBES_... and uv_transforms of slots
+                           SLOTS_OF_BASE on */
+    uint texcoord_mask; /* bit set: slot uses TEXCOORD_1 */
+    uint source;        /* index of the scene's material: scaled copies share one */
     vec4 uv_transforms[14]; /* two rows per slot: (a, b, c, -) */
 };
-LAYOUT(material_record, flags, 144)
-LAYOUT(material_record, uv_transforms, 160)
-LAYOUT_SIZE(material_record, 384)
+#define SLOTS_OF_BASE 7 /* of enum scene_texture_slot */
+/* What a record holds that another names as its lobes. */
+#define LOBES_SPECULAR \
+    base_color /* rgb: tint of the dielectric's f0; w: weight of its reflection */
+/* x coat, y its roughness, z that of the sheen, w scale of the coat's normal map */
+#define LOBES_COAT_SHEEN emissive_alpha_cutoff
+#define LOBES_SHEEN_COLOR metallic_roughness_normal_occlusion /* w unused */
+LAYOUT(material_record, flags, 96)
+LAYOUT(material_record, uv_transforms, 112)
+LAYOUT_SIZE(material_record, 336)
 
 #define LIGHT_DIRECTIONAL 0u
 #define LIGHT_POINT 1u

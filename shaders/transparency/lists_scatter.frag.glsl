@@ -25,6 +25,11 @@ layout(std430, binding = BIND_FRAGMENT_SURFACE_2) writeonly buffer s2_buffer {
     uvec4 surfaces_2[];
 };
 layout(std430, binding = BIND_FRAGMENT_COLORS) writeonly buffer color_buffer { vec4 colors[]; };
+#ifdef HAS_LOBES
+layout(std430, binding = BIND_FRAGMENT_LOBES) writeonly buffer lobes_buffer {
+    uvec4 lobes_words[];
+};
+#endif
 uniform uint u_width_px;
 uniform uint u_list_room; // entries
 #ifdef CUT_PLANES
@@ -65,24 +70,49 @@ bool is_left_unseen(surface s)
 #endif
 }
 
-// Its word is written here, where the surface still has all its bits.
-vec3 filter_to_camera(surface s, float transmission, float thickness_m)
+vec3 direction_to_camera()
 {
 #ifdef IS_ORTHOGRAPHIC
-    vec3 view = vec3(0.0, 0.0, 1.0);
+    return vec3(0.0, 0.0, 1.0);
 #else
-    vec3 view = normalize(-v_position);
+    return normalize(-v_position);
 #endif
+}
+
+#ifdef HAS_LOBES
+// The share of light from behind that interface, fibres and coat do not let through.
+float reflected_by_lobes(surface_lobes lobes, material_record r, vec3 normal, vec3 view)
+{
+    float n_dot_v = clamp(abs(dot(normal, view)), 1e-4, 1.0);
+    vec4 specular = MATERIAL_IS(r.flags, MATERIAL_SPECULAR) ? lobes.specular : vec4(1.0);
+    float passed =
+        1.0 - largest_of(specular_fresnel(r.transmission_f0_thickness.y, specular, n_dot_v));
+    if (MATERIAL_IS(r.flags, MATERIAL_SHEEN))
+        passed *= sheen_base_share(lobes.sheen, clamp(dot(normal, view), 1e-4, 1.0),
+                                   lobes.sheen_roughness);
+    if (MATERIAL_IS(r.flags, MATERIAL_CLEARCOAT))
+        passed *= 1.0 - coat_share(lobes.coat, clamp(dot(lobes.coat_normal, view), 1e-4, 1.0));
+    return 1.0 - passed;
+}
+#endif
+
+// Its word is written here, where the surface still has all its bits.
+// reflected: by interface and lobes, of what comes from behind.
+vec3 filter_to_camera(surface s, float transmission, float thickness_m, vec3 view, float reflected)
+{
 #ifdef IS_MEDIUM
     thickness_m = 0.0; // the way through it attenuates instead: shade_pixels.comp.glsl
 #endif
     return camera_filter(s, transmission, thickness_m, abs(dot(s.normal, view)),
-                         is_left_unseen(s));
+                         is_left_unseen(s) ? 0.0 : reflected);
 }
 
 void main()
 {
     surface s = evaluate_surface();
+#ifdef HAS_LOBES
+    surface_lobes lobes = evaluate_lobes();
+#endif
     float depth = gl_FragCoord.z;
 #if defined IS_MEDIUM || defined COVERAGE_BY_DEPTH
     vec2 slope = vec2(dFdx(depth), dFdy(depth));
@@ -122,7 +152,13 @@ void main()
 #else
     uint coverage = 1u;
 #endif
-    vec3 filter_ = filter_to_camera(s, transmission, thickness_m);
+    vec3 view = direction_to_camera();
+    float reflected =
+        dielectric_fresnel(r.transmission_f0_thickness.y, abs(dot(s.normal, view)));
+#ifdef HAS_LOBES
+    reflected = reflected_by_lobes(lobes, r, s.normal, view);
+#endif
+    vec3 filter_ = filter_to_camera(s, transmission, thickness_m, view, reflected);
     uvec2 extra = uvec2(floatBitsToUint(transmission), floatBitsToUint(thickness_m));
 #ifdef IS_MEDIUM
     extra = pack_factor_and_pair(transmission, slope); // no thickness: media have no use for it
@@ -135,6 +171,9 @@ void main()
     keys[entry] = uvec4(floatBitsToUint(clamp(depth, 0.0, 1.0)), tie_key(), entry, coverage);
     surfaces_0[entry] = surface_pack_0(s);
     surfaces_1[entry] = surface_pack_1(s);
+#ifdef HAS_LOBES
+    lobes_words[entry] = lobes_pack(lobes);
+#endif
     surfaces_2[entry] = uvec4(extra, pixel, floatBitsToUint(depth));
     colors[2u * entry + 1u] = vec4(filter_, is_left_unseen(s) ? 0.0 : s.alpha);
 }

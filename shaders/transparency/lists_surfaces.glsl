@@ -7,6 +7,11 @@ layout(std430, binding = BIND_FRAGMENT_SURFACE_0) readonly buffer s0_buffer { uv
 layout(std430, binding = BIND_FRAGMENT_SURFACE_1) readonly buffer s1_buffer { uvec4 surfaces_1[]; };
 layout(std430, binding = BIND_FRAGMENT_SURFACE_2) readonly buffer s2_buffer { uvec4 surfaces_2[]; };
 layout(std430, binding = BIND_FRAGMENT_COLORS) buffer color_buffer { vec4 colors[]; };
+#ifdef HAS_LOBES
+layout(std430, binding = BIND_FRAGMENT_LOBES) readonly buffer lobes_buffer {
+    uvec4 lobes_words[];
+};
+#endif
 uniform uint u_width_px;
 uniform uint u_pixels;
 
@@ -16,6 +21,9 @@ bool surface_load(uint entry, out lit_surface at)
 {
     uvec4 extra = surfaces_2[entry];
     at.s = surface_unpack(surfaces_0[entry], surfaces_1[entry]);
+#ifdef HAS_LOBES
+    at.lobes = lobes_words[entry];
+#endif
     at.transmission = uintBitsToFloat(extra.x);
 #ifdef HAS_MEDIA
     if ((materials[at.s.material].flags & MATERIAL_MEDIUM) != 0u)

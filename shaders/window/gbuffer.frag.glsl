@@ -9,6 +9,15 @@ layout(location = 1) out uvec4 o_surface_1;
 layout(location = 2) out uint o_signature;
 #endif
 
+#ifdef HAS_LOBES
+#ifdef HAS_COVERAGE
+layout(location = 3)
+#else
+layout(location = 2)
+#endif
+    out uvec4 o_lobes; // undefined, and not read, where the material has none
+#endif
+
 #ifdef HAS_NORMAL_OFFSET
 layout(location = 6) in vec2 v_normal_offset;
 
@@ -37,6 +46,9 @@ void main()
 #ifdef HAS_NORMAL_OFFSET
     o_surface_1.y =
         surface_pack_normal_offset(o_surface_1.y, normal_offset_over_distance(s.is_front));
+#endif
+#ifdef HAS_LOBES
+    o_lobes = lobes_pack(evaluate_lobes());
 #endif
 #ifdef HAS_COVERAGE
     o_signature = surface_signature(s);

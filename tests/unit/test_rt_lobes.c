@@ -58,16 +58,25 @@ static void the_table_of_sheen_is_the_integral_of_its_lobe(void **state)
 
 static struct rt_surface surface_of(const struct scene_material *material)
 {
-    return (struct rt_surface){.material = material,
-                               .normal = {0, 0, 1},
-                               .base = {(double)material->base_color[0],
-                                        (double)material->base_color[1],
-                                        (double)material->base_color[2]},
-                               .alpha = 1,
-                               .metallic = (double)material->metallic,
-                               .roughness = (double)material->roughness,
-                               .occlusion = 1,
-                               .f0 = 0.04};
+    return (struct rt_surface){
+        .material = material,
+        .normal = {0, 0, 1},
+        .base = {(double)material->base_color[0], (double)material->base_color[1],
+                 (double)material->base_color[2]},
+        .alpha = 1,
+        .metallic = (double)material->metallic,
+        .roughness = (double)material->roughness,
+        .occlusion = 1,
+        .f0 = 0.04,
+        .specular = (double)material->specular,
+        .specular_color = {(double)material->specular_color[0], (double)material->specular_color[1],
+                           (double)material->specular_color[2]},
+        .coat = (double)material->clearcoat,
+        .coat_roughness = (double)material->clearcoat_roughness,
+        .coat_normal = {0, 0, 1},
+        .sheen_color = {(double)material->sheen_color[0], (double)material->sheen_color[1],
+                        (double)material->sheen_color[2]},
+        .sheen_roughness = (double)material->sheen_roughness};
 }
 
 /* What a uniform light from everywhere sends to the viewer by way of the surface. */
