@@ -57,6 +57,8 @@ bool rt_job_take_scene(const struct raytrace_desc *desc, struct rt_scene *own,
     }
     if (*is_reused)
         return true;
+    if (rt_scene_move(*scene, desc->state, desc->view))
+        return true;
     rt_scene_finish(*scene);
     return rt_scene_init(*scene, desc->state, desc->view, err);
 }

@@ -77,6 +77,73 @@ static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
     mesh->is_filter_plain = rt_surface_plain_filter(mesh, blend, mesh->filter);
 }
 
+/* FNV-1a by words: of the geometry alone, so that a change of colours keeps it. */
+static uint64_t hash_words(uint64_t hash, const void *bytes, size_t size)
+{
+    const unsigned char *p = bytes;
+    for (size_t i = 0; i + 8 <= size; i += 8) {
+        uint64_t word;
+        memcpy(&word, p + i, sizeof word);
+        hash = (hash ^ word) * 0x100000001b3ull;
+        hash ^= hash >> 29;
+    }
+    return hash;
+}
+
+/* Of what there is, wherever it stands. */
+static uint64_t structure_key(const struct scene_state *state)
+{
+    uint64_t hash = hash_words(0xcbf29ce484222325ull, &state->scene->indices, sizeof(uint32_t *));
+    const uint64_t images = state->scene->image_count; /* hidden parts have some, too */
+    hash = hash_words(hash, &images, sizeof images);
+    for (size_t i = 0; i < state->item_count; i++) {
+        const struct state_item *item = &state->items[i];
+        const uint64_t words[2] = {(uint64_t)item->node << 32 | item->primitive,
+                                   (uint64_t)item->class_ << 1 | item->casts_shadow};
+        hash = hash_words(hash, words, sizeof words);
+        if (state->scene->part_count) {
+            uint32_t part = state->scene->primitives[item->primitive].part;
+            hash = hash_words(hash, &state->scene->parts[part].identity, sizeof(uint64_t));
+        }
+        if (item->cap)
+            hash = hash_words(hash, &item->shadow_hash, sizeof item->shadow_hash);
+    }
+    return hash;
+}
+
+/* Of where an item's vertices are. */
+static uint64_t place_key(const struct scene_state *state, const struct state_item *item)
+{
+    uint64_t hash = hash_words(0xcbf29ce484222325ull, state_geometry_of(state, item).world,
+                               sizeof *state->world);
+    if (item->deformed)
+        hash = hash_words(hash, &state->deforms.items[item->deformed - 1].pose,
+                          sizeof(struct content_key));
+    return hash;
+}
+
+static uint64_t geometry_key(const struct scene_state *state)
+{
+    uint64_t hash = structure_key(state);
+    for (size_t i = 0; i < state->item_count; i++) {
+        uint64_t place = place_key(state, &state->items[i]);
+        hash = hash_words(hash, &place, sizeof place);
+    }
+    return hash;
+}
+
+static void place_vertices(const struct rt_scene *scene, struct rt_mesh *mesh,
+                           const struct state_geometry *from, float *vertices)
+{
+    for (uint32_t i = 0; i < from->primitive->vertex_count; i++) {
+        double world[3];
+        state_geometry_point(from, i, world);
+        vec3_sub(world, scene->origin, mesh->positions[i]);
+        for (int k = 0; k < 3; k++)
+            vertices[3 * i + (uint32_t)k] = (float)mesh->positions[i][k];
+    }
+}
+
 static bool add_mesh(struct rt_scene *scene, const struct state_item *item,
                      enum view_blend_filter blend, struct error *err)
 {
@@ -96,13 +163,8 @@ static bool add_mesh(struct rt_scene *scene, const struct state_item *item,
         rtcReleaseGeometry(geometry);
         return error_set(err, ERROR_NO_MEMORY, "ray tracing %u vertices", p->vertex_count);
     }
-    for (uint32_t i = 0; i < p->vertex_count; i++) {
-        double world[3];
-        state_geometry_point(&from, i, world);
-        vec3_sub(world, scene->origin, mesh->positions[i]);
-        for (int k = 0; k < 3; k++)
-            vertices[3 * i + (uint32_t)k] = (float)mesh->positions[i][k];
-    }
+    place_vertices(scene, mesh, &from, vertices);
+    mesh->place = place_key(scene->state, item);
     memcpy(indices, from.indices + p->first_index, (size_t)p->index_count / 3 * 12);
     if (item->class_ != STATE_OPAQUE) { /* rays in packets stop at opaque ones by themselves */
         rtcSetGeometryIntersectFilterFunction(geometry, rt_packet_filter);
@@ -128,44 +190,6 @@ static bool add_mask(struct rt_scene *scene, const struct state_item *item, stru
         (uint64_t)from->width_px * from->height_px / (RT_MASK_BLOCK * RT_MASK_BLOCK) * 2;
     return rt_mask_init(&scene->masks[image], scene_image_pixels(s, from), from->width_px,
                         from->height_px, err);
-}
-
-/* FNV-1a by words: of the geometry alone, so that a change of colours keeps it. */
-static uint64_t hash_words(uint64_t hash, const void *bytes, size_t size)
-{
-    const unsigned char *p = bytes;
-    for (size_t i = 0; i + 8 <= size; i += 8) {
-        uint64_t word;
-        memcpy(&word, p + i, sizeof word);
-        hash = (hash ^ word) * 0x100000001b3ull;
-        hash ^= hash >> 29;
-    }
-    return hash;
-}
-
-static uint64_t geometry_key(const struct scene_state *state)
-{
-    uint64_t hash = hash_words(0xcbf29ce484222325ull, &state->scene->indices, sizeof(uint32_t *));
-    const uint64_t images = state->scene->image_count; /* hidden parts have some, too */
-    hash = hash_words(hash, &images, sizeof images);
-    for (size_t i = 0; i < state->item_count; i++) {
-        const struct state_item *item = &state->items[i];
-        const uint64_t words[2] = {(uint64_t)item->node << 32 | item->primitive,
-                                   (uint64_t)item->class_ << 1 | item->casts_shadow};
-        hash = hash_words(hash, words, sizeof words);
-        if (state->scene->part_count) {
-            uint32_t part = state->scene->primitives[item->primitive].part;
-            hash = hash_words(hash, &state->scene->parts[part].identity, sizeof(uint64_t));
-        }
-        hash =
-            hash_words(hash, state_geometry_of(state, item).world, sizeof state->world[item->node]);
-        if (item->deformed)
-            hash = hash_words(hash, &state->deforms.items[item->deformed - 1].pose,
-                              sizeof(struct content_key));
-        if (item->cap)
-            hash = hash_words(hash, &item->shadow_hash, sizeof item->shadow_hash);
-    }
-    return hash;
 }
 
 static void bind_view(struct rt_scene *scene, const struct scene_state *state,
@@ -195,6 +219,66 @@ bool rt_scene_rebind(struct rt_scene *scene, const struct scene_state *state,
     return true;
 }
 
+static void find_constants(struct rt_scene *scene, const struct scene_state *state)
+{
+    double diagonal[3] = {0};
+    if (state->bounds_min[0] <= state->bounds_max[0]) {
+        vec3_sub(state->bounds_max, state->bounds_min, diagonal);
+        for (int k = 0; k < 3; k++)
+            scene->origin[k] = 0.5 * (state->bounds_min[k] + state->bounds_max[k]);
+    }
+    scene->epsilon = 2e-5;
+    scene->nudge_m = 1e-6 * 0.5 * vec3_length(diagonal); /* 16 ulp of the outermost vertex */
+}
+
+/* Whether the constants of the scene are what they would be if it was built for this state. */
+static bool has_same_constants(const struct rt_scene *scene, const struct scene_state *state)
+{
+    struct rt_scene wanted = {.nudge_m = 0};
+    find_constants(&wanted, state);
+    return wanted.nudge_m == scene->nudge_m && wanted.origin[0] == scene->origin[0] &&
+           wanted.origin[1] == scene->origin[1] && wanted.origin[2] == scene->origin[2];
+}
+
+bool rt_scene_move(struct rt_scene *scene, const struct scene_state *state, const struct view *view)
+{
+    if (!scene->scene || scene->structure != structure_key(state) ||
+        !has_same_constants(scene, state))
+        return false;
+    bind_view(scene, state, view);
+    if (!scene->is_dynamic) { /* from now on each mesh has a hierarchy of its own, which stays */
+        rtcSetSceneBuildQuality(scene->scene, RTC_BUILD_QUALITY_LOW);
+        rtcSetSceneFlags(scene->scene,
+                         RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC | EMBREE_SCENE_FILTERS);
+    }
+    scene->is_dynamic = true;
+    scene->key = 0; /* until all is in its place */
+    unsigned id = 0;
+    for (size_t i = 0; i < state->item_count; i++) {
+        const struct state_item *item = &state->items[i];
+        if (!item->casts_shadow)
+            continue;
+        struct rt_mesh *mesh = &scene->meshes[id];
+        bind_item(scene, mesh, item, view->quality.blend_filter);
+        uint64_t place = place_key(state, item);
+        if (place != mesh->place) {
+            const struct state_geometry from = state_geometry_of(state, item);
+            RTCGeometry geometry = rtcGetGeometry(scene->scene, id);
+            place_vertices(scene, mesh, &from,
+                           rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0));
+            rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+            rtcCommitGeometry(geometry);
+            mesh->place = place;
+        }
+        id++;
+    }
+    rtcCommitScene(scene->scene);
+    if (rtcGetDeviceError(scene->device) != RTC_ERROR_NONE)
+        return false;
+    scene->key = geometry_key(state);
+    return true;
+}
+
 void rt_scene_withhold(struct rt_scene *scene, const uint8_t *texture_levels)
 {
     rt_images_withhold(scene->images, scene->state->scene->image_count, texture_levels);
@@ -212,26 +296,14 @@ static bool count_memory(void *scene, ssize_t bytes, bool is_after)
     return true;
 }
 
-static void set_constants(struct rt_scene *scene, const struct scene_state *state)
-{
-    double diagonal[3] = {0};
-    if (state->bounds_min[0] <= state->bounds_max[0]) {
-        vec3_sub(state->bounds_max, state->bounds_min, diagonal);
-        for (int k = 0; k < 3; k++)
-            scene->origin[k] = 0.5 * (state->bounds_min[k] + state->bounds_max[k]);
-    }
-    scene->epsilon = 2e-5;
-    scene->nudge_m = 1e-6 * 0.5 * vec3_length(diagonal); /* 16 ulp of the outermost vertex */
-    rt_texel_tables_fill(&scene->tables);
-}
-
 bool rt_scene_init(struct rt_scene *scene, const struct scene_state *state, const struct view *view,
                    struct error *err)
 {
-    *scene = (struct rt_scene){.key = geometry_key(state)};
+    *scene = (struct rt_scene){.key = geometry_key(state), .structure = structure_key(state)};
     scene->images = calloc(state->scene->image_count + 1, sizeof *scene->images);
     bind_view(scene, state, view);
-    set_constants(scene, state);
+    find_constants(scene, state);
+    rt_texel_tables_fill(&scene->tables);
     scene->meshes = calloc(state->item_count + 1, sizeof *scene->meshes);
     scene->device = rtcNewDevice("threads=1");
     scene->mask_count = state->scene->image_count;

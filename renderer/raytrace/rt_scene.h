@@ -25,6 +25,7 @@ struct rt_mesh { /* one state item, triangles only */
     const float *normals, *tangents;         /* from the mesh's first vertex on, as positions */
     const double *world;                     /* 4 x 4: of tangents to world */
     double normal_matrix[3][3];              /* of normals to world, up to a positive scale */
+    uint64_t place;                          /* key of where its vertices are */
     uint32_t node;
     bool no_self_shadow, cast_once; /* of the material */
     uint32_t slots;                 /* 1 << enum scene_texture_slot: those that are sampled */
@@ -48,8 +49,10 @@ struct rt_scene {
     size_t mesh_count;
     struct rt_mask *masks; /* by image; of those that masked materials take their alpha from */
     size_t mask_count;
-    uint64_t key; /* of the geometry: what the Embree scene was built from */
-    int lanes;    /* rays that the processor traces together: 16, 8 or 1 */
+    uint64_t key;       /* of the geometry: what the Embree scene was built from */
+    uint64_t structure; /* the same, wherever it stands */
+    bool is_dynamic;    /* meshes have hierarchies of their own: rt_scene_move */
+    int lanes;          /* rays that the processor traces together: 16, 8 or 1 */
     atomic_llong embree_bytes;
     uint64_t vertex_bytes;
     double origin[3];        /* world; centre of the scene, so that f32 keeps its precision */
@@ -101,6 +104,12 @@ void rt_scene_finish(struct rt_scene *scene); /* accepts zeroed */
  * happens, when its geometry is another. */
 bool rt_scene_rebind(struct rt_scene *scene, const struct scene_state *state,
                      const struct view *view);
+
+/* Has what moved or bent since the scene was built built anew, and nothing else; rays find the same
+ * as in a new scene. False where more than that changed, the bounds of everything too, or without
+ * memory: then it has to be built anew. */
+bool rt_scene_move(struct rt_scene *scene, const struct scene_state *state,
+                   const struct view *view);
 
 /* texture_levels: of struct raytrace_desc; until the next rebinding. */
 void rt_scene_withhold(struct rt_scene *scene, const uint8_t *texture_levels);

@@ -15,15 +15,17 @@
 
 /* An opaque bar and one of glass, both bent by the joints of one skin and widened by the same
  * weights, the glass one by the skin's twin beside it, above a floor that is a flat bar without a
- * skin. Knee bends from 0 to 1 s and back until 2 s. */
+ * skin. A mast is higher than all of it, so that the bounds stand. Knee bends from 0 to 1 s and
+ * back until 2 s. */
 static const char document[] =
     "'extensionsUsed':['KHR_materials_transmission'],'scenes':[{'nodes':[0,1,3,4,5]}],'nodes':["
     "{'name':'Bar','mesh':0,'skin':0,'weights':[0.5],'translation':[9,9,9]},"
     "{'name':'Foot','children':[2]},{'name':'Knee','translation':[0,1,0]},"
     "{'name':'Pane','mesh':1,'skin':1},"
     "{'name':'Other foot','translation':[1,0,0.5],'children':[6]},"
-    "{'name':'Floor','mesh':2,'translation':[0,-0.2,0],'scale':[12,0.1,12]},"
-    "{'name':'Other knee','translation':[0,1,0],'scale':[1,0.5,1]}],"
+    "{'name':'Floor','mesh':2,'translation':[0,-0.2,0],'scale':[12,0.1,12],'children':[7]},"
+    "{'name':'Other knee','translation':[0,1,0],'scale':[1,0.5,1]},"
+    "{'name':'Mast','mesh':2,'translation':[-0.2,0,-0.2],'scale':[0.01,22,0.01]}],"
     "'materials':[{'pbrMetallicRoughness':{'baseColorFactor':[0.8,0.6,0.4,1],'metallicFactor':0}},"
     "{'doubleSided':true,'pbrMetallicRoughness':{'baseColorFactor':[0.3,0.9,0.4,1],"
     "'metallicFactor':0},'extensions':{'KHR_materials_transmission':{'transmissionFactor':1}}}],"
