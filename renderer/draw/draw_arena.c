@@ -249,7 +249,7 @@ bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
             "%zu materials, with those that media, scaled nodes and lobes need of their own: "
             "a storage block of this device holds %llu",
             count, (unsigned long long)most);
-    struct material_record *records = calloc(count, sizeof *records);
+    struct material_record *records = calloc(count + 1, sizeof *records);
     if (!records || !reserve_items(arena, state->item_count, err)) {
         free(records);
         return error_set(err, ERROR_NO_MEMORY, "%zu materials", count);
