@@ -30,7 +30,7 @@ double rt_sheen_lobe(double alpha, double n_dot_h, double n_dot_l, double n_dot_
  * table that shaders have, too. roughness: [0, 1]. */
 double rt_sheen_albedo(double n_dot_v, double roughness);
 
-/* The largest of the coat's and the fibres' share of light that crosses both towards the viewer. */
+/* The share of light from behind that fibres and coat let through towards the viewer. */
 static inline double rt_lobes_passed(const struct rt_lobes *lobes)
 {
     return lobes->below_sheen * lobes->below_coat;
