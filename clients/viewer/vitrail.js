@@ -187,7 +187,7 @@ export class Vitrail {
    *   scene: which of the file, by its name or "#1", its index
    */
   async postScene(content, { scene, onProgress, signal } = {}) {
-    const path = "/v1/scenes" + (scene ? `?scene=${encodeURIComponent(scene)}` : "");
+    const path = `/v1/scenes${queryOf({ scene: scene || null })}`;
     let body = content;
     const headers = {};
     if (content instanceof Blob) headers["Content-Type"] = "model/gltf-binary";

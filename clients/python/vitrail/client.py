@@ -8,7 +8,7 @@ import time
 import urllib.parse
 from typing import Any, Dict, List, Mapping, Optional, Union
 
-from .connection import Connection, Reply
+from .connection import Connection, Reply, query_of
 from .errors import VitrailError
 from .image import Image, image_from
 from .upload import Files, Path, files_of, multipart
@@ -100,8 +100,7 @@ class Client:
 
         content: the path of a .glb, or of a .gltf whose files lie where it says; the bytes of a
         .glb; or files by relative name, one of them the .gltf."""
-        query = {key: value for key, value in (("name", name), ("scene", scene)) if value}
-        route = "/v1/scenes" + ("?" + urllib.parse.urlencode(query) if query else "")
+        route = "/v1/scenes" + query_of(name=name or None, scene=scene or None)
         if isinstance(content, (bytes, bytearray, memoryview)):
             reply = self.connection.request("POST", route, bytes(content),
                                             {"Content-Type": "model/gltf-binary"})
@@ -114,8 +113,8 @@ class Client:
         """Has the server make its demo scene and answers its summary.
 
         name: what it is called; None takes "demo" for one that is new."""
-        query = "?" + urllib.parse.urlencode({"name": name}) if name else ""
-        return self.connection.request("POST", "/v1/scenes/demo" + query, b"").json()
+        route = "/v1/scenes/demo" + query_of(name=name or None)
+        return self.connection.request("POST", route, b"").json()
 
     def rename_scene(self, scene: str, name: Optional[str]) -> Dict[str, Any]:
         """Gives a scene a name, or takes it away with None; answers the summary."""
@@ -185,7 +184,7 @@ class Client:
     def create_view(self, scene: str, *, expires_s: Optional[int] = None, **members: Any) -> View:
         """A view to edit and look at; members as in docs/reference/views.md. The server forgets the
         view when nobody asks for or watches it for expires_s."""
-        path = "/v1/views" + (f"?expires_s={expires_s}" if expires_s is not None else "")
+        path = "/v1/views" + query_of(expires_s=expires_s)
         return View(self, self.send("POST", path, {"scene": scene, **members}).json())
 
     def view(self, view: str) -> View:

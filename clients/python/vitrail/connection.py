@@ -15,6 +15,12 @@ from .errors import VitrailError, error_of
 _IDLE_S = 30.0  # the server closes after 60; a connection older than this is made anew
 
 
+def query_of(**members: Any) -> str:
+    """The end of an address, of the members that are not None."""
+    given = {name: value for name, value in members.items() if value is not None}
+    return f"?{urllib.parse.urlencode(given)}" if given else ""
+
+
 class Reply:
     """A reply below 400, read to its end."""
 

@@ -8,6 +8,7 @@ import math
 import urllib.parse
 from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, Optional, Sequence
 
+from .connection import query_of
 from .errors import VitrailError, error_of
 from .image import Event, Frame, Image, frame_from, image_from
 
@@ -15,11 +16,6 @@ if TYPE_CHECKING:
     from .client import Client
 
 _BOUNDARY = b"--vitrail-frame"
-
-
-def _query(**members: Any) -> str:
-    given = {name: value for name, value in members.items() if value is not None}
-    return f"?{urllib.parse.urlencode(given)}" if given else ""
 
 
 class View:
@@ -81,7 +77,7 @@ class View:
     def image(self, *, aov: Optional[str] = None, format: Optional[str] = None,
               quality_percent: Optional[int] = None, etag: Optional[str] = None) -> Optional[Image]:
         """The exact image of the present revision; None when it is the one with that etag."""
-        query = _query(aov=aov, format=format, quality_percent=quality_percent)
+        query = query_of(aov=aov, format=format, quality_percent=quality_percent)
         path = f"{self._path}/image{query}"
         headers = {"If-None-Match": etag} if etag else {}
         reply = self.client.connection.request("GET", path, headers=headers)
@@ -91,16 +87,16 @@ class View:
 
     def pick(self, x: float, y: float) -> Optional[Dict[str, Any]]:
         """The nearest surface under a point, in pixels from the upper left; None where none is."""
-        return self.client.get(f"{self._path}/pick{_query(x=x, y=y)}")["hit"]
+        return self.client.get(f"{self._path}/pick{query_of(x=x, y=y)}")["hit"]
 
     def pick_through(self, x: float, y: float) -> List[Dict[str, Any]]:
         """Every layer under that point, nearest first, to the first opaque one."""
-        return self.client.get(f"{self._path}/pick{_query(x=x, y=y, through=1)}")["hits"]
+        return self.client.get(f"{self._path}/pick{query_of(x=x, y=y, through=1)}")["hits"]
 
     def pick_rectangle(self, x: int, y: int, width: int, height: int, *,
                        through: bool = False) -> List[Dict[str, Any]]:
         """The nodes that show in a rectangle of pixels, each with how many show it."""
-        query = _query(x=x, y=y, width=width, height=height, through=1 if through else None)
+        query = query_of(x=x, y=y, width=width, height=height, through=1 if through else None)
         return self.client.get(f"{self._path}/pick{query}")["nodes"]
 
     # ---- streams ----
