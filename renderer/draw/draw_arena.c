@@ -84,7 +84,7 @@ uint32_t material_flags(const struct state_material *material)
         flags |= MATERIAL_SPECULAR;
     if (m->clearcoat > 0)
         flags |= MATERIAL_CLEARCOAT;
-    if (m->sheen_color[0] > 0 || m->sheen_color[1] > 0 || m->sheen_color[2] > 0)
+    if (scene_material_has_sheen(m))
         flags |= MATERIAL_SHEEN;
     return flags;
 }

@@ -59,7 +59,7 @@ bool shader_needs_lobes(uint32_t kinds)
 void shader_needs_material_defines(uint32_t kinds, char text[SHADER_NEEDS_TEXT_BYTES])
 {
     snprintf(text, SHADER_NEEDS_TEXT_BYTES, " MATERIAL_KINDS=%uu%s", kinds,
-             kinds & MATERIAL_LOBES ? " HAS_LOBES" : "");
+             shader_needs_lobes(kinds) ? " HAS_LOBES" : "");
 }
 
 void shader_needs_light_defines(const struct shader_needs *needs,

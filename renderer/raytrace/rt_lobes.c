@@ -96,7 +96,7 @@ void rt_lobes_init(struct rt_lobes *lobes, const struct rt_surface *s, const dou
 {
     const struct scene_material *m = s->material;
     *lobes = (struct rt_lobes){.below_sheen = 1, .below_coat = 1};
-    if (m->sheen_color[0] > 0 || m->sheen_color[1] > 0 || m->sheen_color[2] > 0)
+    if (scene_material_has_sheen(m))
         add_sheen(lobes, s, view);
     if (m->clearcoat > 0)
         add_coat(lobes, s, view);

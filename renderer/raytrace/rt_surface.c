@@ -275,11 +275,13 @@ static void evaluate_lobes(const struct place *place, struct rt_surface *s)
         evaluate_mapped_normal(place, SCENE_TEXTURE_CLEARCOAT_NORMAL,
                                (double)m->clearcoat_normal_scale, s->coat_normal);
     }
-    sample_slot(place, SCENE_TEXTURE_SHEEN_COLOR, texel);
-    for (int k = 0; k < 3; k++)
-        s->sheen_color[k] = (double)m->sheen_color[k] * texel[k];
-    sample_slot(place, SCENE_TEXTURE_SHEEN_ROUGHNESS, texel);
-    s->sheen_roughness = (double)m->sheen_roughness * texel[3];
+    if (scene_material_has_sheen(m)) {
+        sample_slot(place, SCENE_TEXTURE_SHEEN_COLOR, texel);
+        for (int k = 0; k < 3; k++)
+            s->sheen_color[k] = (double)m->sheen_color[k] * texel[k];
+        sample_slot(place, SCENE_TEXTURE_SHEEN_ROUGHNESS, texel);
+        s->sheen_roughness = (double)m->sheen_roughness * texel[3];
+    }
 }
 
 /* Textures that decide what light loses. */

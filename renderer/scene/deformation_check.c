@@ -2,34 +2,20 @@
 /* Skins, influences and morph targets of a scene blob. */
 #include "renderer/scene/deformation_check.h"
 
-#include <math.h>
-
-static bool refuse(struct error *err, const char *what, uint64_t index)
-{
-    return error_set(err, ERROR_INVALID_SCENE, "scene blob: %s %llu is malformed", what,
-                     (unsigned long long)index);
-}
-
-static bool are_finite(const float *values, uint64_t count)
-{
-    float sum = 0; /* stays zero unless some value is NaN or infinite */
-    for (uint64_t i = 0; i < count; i++)
-        sum += values[i] * 0;
-    return sum == 0;
-}
+#include "renderer/scene/blob_check.h"
 
 static bool check_skins(const struct scene *scene, struct error *err)
 {
     uint64_t joints = 0;
     for (uint32_t i = 0; i < scene->joint_count; i++)
         if (scene->joints[i].node >= scene->node_count ||
-            !are_finite(scene->joints[i].inverse_bind, 12))
-            return refuse(err, "joint", i);
+            !blob_are_finite(scene->joints[i].inverse_bind, 12))
+            return blob_refuse(err, "joint", i);
     for (uint32_t i = 0; i < scene->skin_count; i++) {
         const struct scene_skin *skin = &scene->skins[i];
         if (skin->first_joint != joints || skin->joint_count == 0 ||
             skin->joint_count > scene->joint_count - joints)
-            return refuse(err, "skin", i);
+            return blob_refuse(err, "skin", i);
         joints += skin->joint_count;
     }
     return true;
@@ -54,8 +40,8 @@ static bool is_target(const struct scene *scene, const struct scene_target *targ
     for (uint32_t i = 0; i < target->delta_count; i++) {
         const struct scene_delta *delta = &scene->deltas[target->first_delta + i];
         if (delta->vertex >= vertex_count || (i > 0 && delta->vertex <= delta[-1].vertex) ||
-            !are_finite(delta->position, 3) || !are_finite(delta->normal, 3) ||
-            !are_finite(delta->tangent, 3))
+            !blob_are_finite(delta->position, 3) || !blob_are_finite(delta->normal, 3) ||
+            !blob_are_finite(delta->tangent, 3))
             return false;
     }
     return true;
@@ -68,7 +54,7 @@ static bool check_deformations(const struct scene *scene, struct error *err)
     for (uint32_t i = 0; i < scene->deformation_count; i++) {
         const struct scene_deformation *d = &scene->deformations[i];
         if (d->primitive >= scene->primitive_count || (i > 0 && d->primitive <= d[-1].primitive))
-            return refuse(err, "deformation", i);
+            return blob_refuse(err, "deformation", i);
         const struct scene_primitive *p = &scene->primitives[d->primitive];
         uint64_t own = (uint64_t)d->influence_sets * p->vertex_count;
         bool is_flat = d->flags & SCENE_DEFORMATION_IS_FLAT;
@@ -77,13 +63,13 @@ static bool check_deformations(const struct scene *scene, struct error *err)
             (is_flat && (p->topology != SCENE_TRIANGLES || p->vertex_count % 3)) ||
             d->first_target != targets || d->target_count > SCENE_TARGETS_MAX ||
             d->target_count > scene->target_count - targets || !are_influences(scene, d, own))
-            return refuse(err, "deformation", i);
+            return blob_refuse(err, "deformation", i);
         for (uint32_t t = 0; t < d->target_count; t++) {
             const struct scene_target *target = &scene->targets[targets + t];
             if (target->first_delta != deltas ||
                 target->delta_count > scene->delta_count - deltas ||
                 !is_target(scene, target, p->vertex_count))
-                return refuse(err, "morph target", targets + t);
+                return blob_refuse(err, "morph target", targets + t);
             deltas += target->delta_count;
         }
         influences += own;
@@ -97,7 +83,7 @@ bool scene_check_deformations(const struct scene *scene, struct error *err)
     uint64_t weights = 0;
     if (!check_skins(scene, err) || !check_deformations(scene, err))
         return false;
-    if (!are_finite(scene->target_weights, scene->target_weight_count))
+    if (!blob_are_finite(scene->target_weights, scene->target_weight_count))
         return error_set(err, ERROR_INVALID_SCENE, "scene blob: a weight is not finite");
     for (uint32_t i = 0; i < scene->deformed_node_count; i++) {
         const struct scene_deformed_node *n = &scene->deformed_nodes[i];
@@ -106,7 +92,7 @@ bool scene_check_deformations(const struct scene *scene, struct error *err)
             n->skin >= (int64_t)scene->skin_count || n->first_weight != weights ||
             n->weight_count > SCENE_TARGETS_MAX ||
             n->weight_count > scene->target_weight_count - weights)
-            return refuse(err, "deformed node", i);
+            return blob_refuse(err, "deformed node", i);
         weights += n->weight_count;
     }
     return true;

@@ -7,23 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/scene/blob_check.h"
 #include "renderer/scene/blob_writer.h"
 #include "renderer/scene/deformation_check.h"
 #include "renderer/scene/texture_levels.h"
-
-static bool refuse(struct error *err, const char *what, uint64_t index)
-{
-    return error_set(err, ERROR_INVALID_SCENE, "scene blob: %s %llu is malformed", what,
-                     (unsigned long long)index);
-}
-
-static bool are_finite(const float *values, uint64_t count)
-{
-    float sum = 0; /* stays zero unless some value is NaN or infinite */
-    for (uint64_t i = 0; i < count; i++)
-        sum += values[i] * 0;
-    return sum == 0;
-}
 
 static bool are_finite_f64(const double *values, int count)
 {
@@ -84,7 +71,7 @@ static const void *open_section(struct opener *opener, enum scene_section which,
                    (stride == 1 || range->count <= UINT32_MAX);
     *count = is_good ? range->count : 0;
     if (!is_good) {
-        refuse(opener->err, "section", which);
+        blob_refuse(opener->err, "section", which);
         opener->has_failed = true;
     }
     return *count ? (const char *)header + range->offset : NULL;
@@ -161,8 +148,8 @@ static bool open_vertices(struct scene *scene, uint64_t memory_bytes, struct err
         if (opener.has_failed)
             return false;
         if (count != vertices && (sections[i].is_required || count != 0))
-            return refuse(err, "section", section);
-        if (!are_finite(records, count * (blob_record_bytes(section) / sizeof(float))))
+            return blob_refuse(err, "section", section);
+        if (!blob_are_finite(records, count * (blob_record_bytes(section) / sizeof(float))))
             return error_set(err, ERROR_INVALID_SCENE,
                              "scene blob: section %d has a number that is not finite", section);
         *pointers[i] = records;
@@ -203,7 +190,7 @@ static bool check_lines(const struct scene *scene, const uint32_t *lines, uint32
 {
     for (uint32_t i = 0; i < count; i++)
         if (!is_text(scene, lines[i]))
-            return refuse(err, "line of text", i);
+            return blob_refuse(err, "line of text", i);
     return true;
 }
 
@@ -221,13 +208,13 @@ static bool check_hierarchy(const struct scene *scene, struct error *err)
 {
     for (uint32_t i = 0; i < scene->node_count; i++)
         if (!is_node(scene, &scene->nodes[i], i))
-            return refuse(err, "node", i);
+            return blob_refuse(err, "node", i);
     for (uint32_t i = 0; i < scene->mesh_count; i++) {
         const struct scene_mesh *mesh = &scene->meshes[i];
         if (mesh->first_primitive > scene->primitive_count ||
             mesh->primitive_count > scene->primitive_count - mesh->first_primitive ||
             !is_text(scene, mesh->name))
-            return refuse(err, "mesh", i);
+            return blob_refuse(err, "mesh", i);
     }
     int32_t camera = scene->header->default_camera_node;
     if (!is_index(camera, scene->node_count) || (camera >= 0 && scene->nodes[camera].camera < 0))
@@ -253,7 +240,7 @@ static bool is_primitive(const struct scene *scene, const struct scene_primitive
            p->index_count <= scene->index_count - p->first_index &&
            p->first_vertex <= scene->vertex_count &&
            p->vertex_count <= scene->vertex_count - p->first_vertex &&
-           are_finite(p->bounds_min, 3) && are_finite(p->bounds_max, 3);
+           blob_are_finite(p->bounds_min, 3) && blob_are_finite(p->bounds_max, 3);
 }
 
 /* Ranges of indices may be shared, but not so often that checking them takes more than twice the
@@ -264,7 +251,7 @@ static bool check_primitives(const struct scene *scene, struct error *err)
     for (uint32_t i = 0; i < scene->primitive_count; i++) {
         const struct scene_primitive *p = &scene->primitives[i];
         if (!is_primitive(scene, p))
-            return refuse(err, "primitive", i);
+            return blob_refuse(err, "primitive", i);
         checked += p->index_count;
         if (checked > scene->header->size_bytes / 2)
             return error_set(err, ERROR_INVALID_SCENE,
@@ -287,7 +274,7 @@ static bool is_material(const struct scene *scene, const struct scene_material *
     for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
         const struct scene_texture_ref *ref = &m->textures[slot];
         if (!is_index(ref->texture, scene->texture_count) || ref->texcoord > 1 ||
-            !are_finite(ref->uv_transform, 6))
+            !blob_are_finite(ref->uv_transform, 6))
             return false;
     }
     for (int i = 0; i < 4; i++)
@@ -305,8 +292,8 @@ static bool is_material(const struct scene *scene, const struct scene_material *
             return false;
     return in_range(m->metallic, 0, 1) && in_range(m->roughness, 0, 1) &&
            in_range(m->transmission, 0, 1) && in_range(m->occlusion_strength, 0, 1) &&
-           are_finite(&m->normal_scale, 1) && are_finite(&m->clearcoat_normal_scale, 1) &&
-           are_finite(m->emissive, 3) && in_range(m->alpha_cutoff, 0, INFINITY) &&
+           blob_are_finite(&m->normal_scale, 1) && blob_are_finite(&m->clearcoat_normal_scale, 1) &&
+           blob_are_finite(m->emissive, 3) && in_range(m->alpha_cutoff, 0, INFINITY) &&
            (m->ior == 0 || in_range(m->ior, 1, 1000)) && in_range(m->thickness, 0, 1e30f) &&
            in_range(m->attenuation_distance, 0, 1e30f) && in_range(m->edge_exponent, 0, 1e6f) &&
            m->alpha_mode <= SCENE_BLEND && m->pass_through <= SCENE_PASS_EDGE &&
@@ -359,20 +346,20 @@ static bool check_surfaces(const struct scene *scene, struct error *err)
 {
     for (uint32_t i = 0; i < scene->material_count; i++)
         if (!is_material(scene, &scene->materials[i]))
-            return refuse(err, "material", i);
+            return blob_refuse(err, "material", i);
     for (uint32_t i = 0; i < scene->texture_count; i++) {
         const struct scene_texture *t = &scene->textures[i];
         if (!is_index(t->image, scene->image_count) || !is_filter(t->mag_filter, false) ||
             !is_filter(t->min_filter, true) || !is_wrap(t->wrap_s) || !is_wrap(t->wrap_t) ||
             !is_text(scene, t->name))
-            return refuse(err, "texture", i);
+            return blob_refuse(err, "texture", i);
     }
     for (uint32_t i = 0; i < scene->image_count; i++)
         if (!is_image(scene, &scene->images[i]))
-            return refuse(err, "image", i);
+            return blob_refuse(err, "image", i);
     for (uint32_t i = 0; i < scene->material_count; i++)
         if (!has_levels(scene, &scene->materials[i]))
-            return refuse(err, "material", i);
+            return blob_refuse(err, "material", i);
     return true;
 }
 
@@ -400,10 +387,10 @@ static bool check_lights_and_cameras(const struct scene *scene, struct error *er
 {
     for (uint32_t i = 0; i < scene->light_count; i++)
         if (!is_light(scene, &scene->lights[i]))
-            return refuse(err, "light", i);
+            return blob_refuse(err, "light", i);
     for (uint32_t i = 0; i < scene->camera_count; i++)
         if (!is_camera(scene, &scene->cameras[i]))
-            return refuse(err, "camera", i);
+            return blob_refuse(err, "camera", i);
     return true;
 }
 
@@ -460,22 +447,22 @@ static bool is_channel(const struct scene *scene, const struct scene_channel *ch
 static bool check_animations(const struct scene *scene, struct error *err)
 {
     uint64_t checked = 0, channels = 0;
-    if (!are_finite(scene->keys, scene->key_count))
+    if (!blob_are_finite(scene->keys, scene->key_count))
         return error_set(err, ERROR_INVALID_SCENE, "scene blob: a key is not finite");
     for (uint32_t i = 0; i < scene->pose_count; i++)
         if (!is_pose(scene, i))
-            return refuse(err, "pose", i);
+            return blob_refuse(err, "pose", i);
     for (uint32_t i = 0; i < scene->channel_count; i++) {
         checked += has_checked_times(scene, &scene->channels[i]) ? 0 : scene->channels[i].key_count;
         if (checked > scene->header->size_bytes / 2 || !is_channel(scene, &scene->channels[i]))
-            return refuse(err, "channel", i);
+            return blob_refuse(err, "channel", i);
     }
     for (uint32_t i = 0; i < scene->animation_count; i++) {
         const struct scene_animation *a = &scene->animations[i];
         if (!is_text(scene, a->name) || a->first_channel != channels ||
             a->channel_count > scene->channel_count - channels ||
             !in_range(a->duration_s, 0, 3e38f))
-            return refuse(err, "animation", i);
+            return blob_refuse(err, "animation", i);
         channels += a->channel_count;
     }
     return true;

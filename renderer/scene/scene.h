@@ -128,4 +128,11 @@ int32_t scene_find_animation(const struct scene *scene, const char *name);
  * attenuation that is neither infinite nor white (KHR_materials_volume). */
 bool scene_material_attenuates(const struct scene_material *material);
 
+/* KHR_materials_sheen: black is none. */
+static inline bool scene_material_has_sheen(const struct scene_material *material)
+{
+    const float *color = material->sheen_color;
+    return color[0] > 0 || color[1] > 0 || color[2] > 0;
+}
+
 #endif

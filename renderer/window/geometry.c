@@ -159,7 +159,7 @@ static bool slot_matters(const struct scene_material *m, int slot)
         return m->clearcoat > 0;
     case SCENE_TEXTURE_SHEEN_COLOR:
     case SCENE_TEXTURE_SHEEN_ROUGHNESS:
-        return m->sheen_color[0] > 0 || m->sheen_color[1] > 0 || m->sheen_color[2] > 0;
+        return scene_material_has_sheen(m);
     default:
         return true;
     }
