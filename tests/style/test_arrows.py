@@ -50,6 +50,7 @@ ROOMS = {
     "renderer/base": "",
     "renderer/image": "",
     "renderer/accuracy": "renderer/image",
+    "renderer/environment": "",
     "renderer/scene/scene_blob.h": "",
     "renderer/frame_report": "",
     "renderer/view.h": "renderer/image renderer/scene/scene_blob.h",
