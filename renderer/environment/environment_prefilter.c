@@ -12,6 +12,7 @@ static const double pi = 3.14159265358979323846;
 
 enum {
     SOURCE_WIDTH = 128, /* of the map whose texels the diffuse sums run over */
+    SOURCE_HEIGHT = SOURCE_WIDTH / 2,
     LOBE_SAMPLES = 64,
 };
 
@@ -24,8 +25,9 @@ static void resample(const struct environment_texels *from, struct environment_t
         for (int x = 0; x < to->width; x++) {
             double sum[3] = {0}, weights = 0, texel[3];
             for (int i = 0; i < across * down; i++) {
-                double u = (x + (i % across + 0.5) / across) / to->width;
-                double v = (y + (i / across + 0.5) / down) / to->height, weight = sin(pi * v);
+                int column = i % across, row = i / across;
+                double u = (x + (column + 0.5) / across) / to->width;
+                double v = (y + (row + 0.5) / down) / to->height, weight = sin(pi * v);
                 environment_texels_look(from, u, v, texel);
                 weights += weight;
                 for (int k = 0; k < 3; k++)
@@ -67,8 +69,8 @@ static bool source_init(struct source *source, const struct environment_texels *
         error_set(err, ERROR_NO_MEMORY, "irradiance of an environment");
     for (int i = 0; ok && i < source->count; i++) {
         int x = i % SOURCE_WIDTH, y = i / SOURCE_WIDTH;
-        double direction[3], u = (x + 0.5) / SOURCE_WIDTH, v = (y + 0.5) / (SOURCE_WIDTH / 2);
-        double step = pi / (SOURCE_WIDTH / 2);
+        double direction[3], u = (x + 0.5) / SOURCE_WIDTH, v = (y + 0.5) / SOURCE_HEIGHT;
+        double step = pi / SOURCE_HEIGHT;
         double area = 2 * pi / SOURCE_WIDTH * (cos(y * step) - cos((y + 1) * step));
         environment_direction(u, v, direction);
         source->areas[i] = (float)area;
@@ -107,7 +109,8 @@ static bool make_diffuse(struct environment *environment, struct error *err)
               source_init(&source, &environment->radiance, err);
     for (int i = 0; ok && i < width * height; i++) {
         double normal[3];
-        environment_direction((i % width + 0.5) / width, (i / width + 0.5) / height, normal);
+        int x = i % width, y = i / width;
+        environment_direction((x + 0.5) / width, (y + 0.5) / height, normal);
         mean_by_cosine(&source,
                        (const float[3]){(float)normal[0], (float)normal[1], (float)normal[2]},
                        to->pixels + 3 * (size_t)i);
@@ -199,8 +202,8 @@ static void filter_level(const struct environment_texels *chain, int level,
     int count = draw_lobe(roughness * roughness, samples);
     for (int i = 0; i < to->width * to->height; i++) {
         double n[3];
-        environment_direction((i % to->width + 0.5) / to->width, (i / to->width + 0.5) / to->height,
-                              n);
+        int x = i % to->width, y = i / to->width;
+        environment_direction((x + 0.5) / to->width, (y + 0.5) / to->height, n);
         filter_texel(chain, n, samples, count, to->pixels + 3 * (size_t)i);
     }
 }
