@@ -183,7 +183,8 @@ def route_is_told(manual, method, path):
 
 
 if __name__ == "__main__":
-    if not (sources.build_dir() / "bin" / "vitrail").exists():
+    programs = [sources.build_dir() / "bin" / name for name in ("vitrail", "vitraild")]
+    if not all(program.exists() for program in programs):
         print("skipped: the programs are not built")
         sys.exit(sources.SKIPPED_EXIT_CODE)
     sources.run_tests(__name__)
