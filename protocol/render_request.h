@@ -143,10 +143,10 @@ struct request_part {
     double matrix[16]; /* parent from part; column-major, affine, invertible */
 };
 
-/* The different scenes of parts. Zeroed = none. */
-struct part_scenes {
-    char ids[LIMIT_PART_SCENES][65];
-    int count;
+/* What a request needs beside its scene. Zeroed = nothing. */
+struct request_resources {
+    char scenes[LIMIT_PART_SCENES][65]; /* the different ones of its parts */
+    int scene_count;
 };
 
 /* The scene at a time of its animations. */
@@ -255,10 +255,11 @@ void render_request_finish(struct render_request *request); /* accepts zeroed; z
 /* Whether the server shall choose what quality leaves open, by max_error or budget_ms. */
 bool request_quality_asks(const struct request_quality *quality);
 
-/* False when there are more than LIMIT_PART_SCENES: then the first ones. */
-bool render_request_part_scenes(const struct render_request *request, struct part_scenes *scenes);
-/* Adds one that is not there yet; false when there is no room for it. */
-bool part_scenes_add(struct part_scenes *scenes, const char *id);
+/* False when there are more scenes than LIMIT_PART_SCENES: then the first ones. */
+bool render_request_resources(const struct render_request *request,
+                              struct request_resources *resources);
+/* Adds a scene that is not there yet; false when there is no room for it. */
+bool request_resources_add_scene(struct request_resources *resources, const char *id);
 
 /* Canonical JSON: every member, fixed key order, numbers to 17 digits, so that equal requests have
  * equal text. Parsing it gives the same request (resolution and taps that were not said are null

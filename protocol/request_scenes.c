@@ -47,8 +47,8 @@ static int compare_parts(const void *a, const void *b)
 /* Every scene is an open file on its way to the worker. */
 static bool check_scenes(const struct json_node *node, const struct render_request *request)
 {
-    struct part_scenes scenes;
-    return render_request_part_scenes(request, &scenes) ||
+    struct request_resources resources;
+    return render_request_resources(request, &resources) ||
            json_refuse(node, ERROR_TOO_LARGE, "with more than %d different scenes",
                        LIMIT_PART_SCENES);
 }
@@ -79,22 +79,23 @@ bool request_read_parts(const struct json_node *node, struct render_request *req
     return check_scenes(node, request);
 }
 
-bool part_scenes_add(struct part_scenes *scenes, const char *id)
+bool request_resources_add_scene(struct request_resources *resources, const char *id)
 {
-    for (int i = 0; i < scenes->count; i++)
-        if (strcmp(scenes->ids[i], id) == 0)
+    for (int i = 0; i < resources->scene_count; i++)
+        if (strcmp(resources->scenes[i], id) == 0)
             return true;
-    if (scenes->count == LIMIT_PART_SCENES)
+    if (resources->scene_count == LIMIT_PART_SCENES)
         return false;
-    memcpy(scenes->ids[scenes->count++], id, strnlen(id, 64) + 1);
+    memcpy(resources->scenes[resources->scene_count++], id, strnlen(id, 64) + 1);
     return true;
 }
 
-bool render_request_part_scenes(const struct render_request *request, struct part_scenes *scenes)
+bool render_request_resources(const struct render_request *request,
+                              struct request_resources *resources)
 {
-    *scenes = (struct part_scenes){.count = 0};
+    *resources = (struct request_resources){.scene_count = 0};
     bool has_room = true;
     for (size_t i = 0; i < request->part_count; i++)
-        has_room = has_room && part_scenes_add(scenes, request->parts[i].scene);
+        has_room = has_room && request_resources_add_scene(resources, request->parts[i].scene);
     return has_room;
 }

@@ -581,15 +581,16 @@ bool view_document_check_scenes(const struct view_document *document,
     return check_scenes(document->members, scenes, err);
 }
 
-void view_document_part_scenes(const struct view_document *document, struct part_scenes *scenes)
+void view_document_resources(const struct view_document *document,
+                             struct request_resources *resources)
 {
     json_t *parts = json_object_get(document->members, "parts"), *part;
     const char *name;
-    *scenes = (struct part_scenes){.count = 0};
+    *resources = (struct request_resources){.scene_count = 0};
     json_object_foreach(parts, name, part)
     {
         const char *id = json_string_value(json_object_get(part, "scene"));
-        if (id && !part_scenes_add(scenes, id)) /* the parser keeps the limit */
+        if (id && !request_resources_add_scene(resources, id)) /* the parser keeps the limit */
             return;
     }
 }

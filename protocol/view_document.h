@@ -59,8 +59,9 @@ MUST_CHECK bool view_document_check_names(const struct view_document *document,
 MUST_CHECK bool view_document_check_scenes(const struct view_document *document,
                                            const struct view_scenes *scenes, struct error *err);
 
-/* The scenes of its parts. */
-void view_document_part_scenes(const struct view_document *document, struct part_scenes *scenes);
+/* What it needs beside its scene. */
+void view_document_resources(const struct view_document *document,
+                             struct request_resources *resources);
 
 const char *view_document_scene(const struct view_document *document);
 void view_document_get_size(const struct view_document *document, int *width_px, int *height_px);

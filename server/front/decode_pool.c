@@ -13,6 +13,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "protocol/scene_summary.h"
 #include "server/base/child.h"
 #include "server/base/clock.h"
 #include "server/base/ipc.h"
@@ -38,7 +39,7 @@ struct decode_job {
 struct decode_pool {
     const struct config *config;
     const struct log *log;
-    struct scene_store *store;
+    const struct resources *resources;
     pthread_mutex_t mutex; /* guards the queue and the spare */
     pthread_cond_t has_work;
     struct decode_job *first, **last;
@@ -196,31 +197,42 @@ static bool run_decoder(struct decode_pool *pool, const struct upload *upload, i
     return is_good;
 }
 
-/* The decoder's words are data like any other: parsed by the protocol's reader, and what we know
- * better is filled in. */
-static bool read_summary(const struct decode_job *job, int summary_fd,
-                         const struct scene_draft *draft, struct scene_summary *summary,
-                         struct error *err)
+/* What the front knows better than the decoder. */
+static bool fill_summary(const struct decode_job *job, struct scene_summary *summary,
+                         uint64_t decoded_bytes, struct error *err)
+{
+    const char *name = upload_name(job->upload);
+    memcpy(summary->id, job->id, sizeof summary->id);
+    free(summary->name);
+    summary->name = *name ? strdup(name) : NULL;
+    summary->upload_bytes = upload_size_bytes(job->upload);
+    summary->decoded_bytes = decoded_bytes;
+    summary->created_unix_s = (int64_t)time(NULL);
+    return !*name || summary->name || error_set(err, ERROR_NO_MEMORY, "summary of a scene");
+}
+
+/* The decoder's words are data like any other: parsed by the protocol's reader. A new reference. */
+static json_t *read_summary(const struct decode_job *job, int summary_fd,
+                            const struct resource_draft *draft, struct error *err)
 {
     struct ipc_mapping text = {0};
     struct stat blob;
     struct error unreadable = {0};
+    struct scene_summary summary = {0};
+    json_t *json = NULL;
     bool is_good = ipc_mapping_init(&text, summary_fd, &unreadable) &&
                    text.size_bytes <= SUMMARY_BYTES_MAX && fstat(draft->blob_fd, &blob) == 0 &&
                    blob.st_size > 0 &&
-                   scene_summary_from_json_text(text.bytes, text.size_bytes, summary, &unreadable);
+                   scene_summary_from_json_text(text.bytes, text.size_bytes, &summary, &unreadable);
     ipc_mapping_finish(&text);
     if (!is_good)
-        return error_set(err, ERROR_INVALID_SCENE, "the decoder left no usable scene: %s",
-                         unreadable.message);
-    memcpy(summary->id, job->id, sizeof summary->id);
-    const char *name = upload_name(job->upload);
-    free(summary->name);
-    summary->name = *name ? strdup(name) : NULL;
-    summary->upload_bytes = upload_size_bytes(job->upload);
-    summary->decoded_bytes = (uint64_t)blob.st_size;
-    summary->created_unix_s = (int64_t)time(NULL);
-    return true;
+        error_set(err, ERROR_INVALID_SCENE, "the decoder left no usable scene: %s",
+                  unreadable.message);
+    else if (fill_summary(job, &summary, (uint64_t)blob.st_size, err) &&
+             !(json = scene_summary_to_json(&summary)))
+        error_set(err, ERROR_NO_MEMORY, "summary of a scene");
+    scene_summary_finish(&summary);
+    return json;
 }
 
 static bool fill_job(struct decode_pool *pool, struct decode_job *job, struct error *err)
@@ -229,24 +241,24 @@ static bool fill_job(struct decode_pool *pool, struct decode_job *job, struct er
         return true;
     if (!job->fill(job->context, job->upload, job->id, err))
         return false;
-    job->is_here = scene_store_has(pool->store, job->id);
+    job->is_here = resource_store_has(pool->resources->scenes, job->id);
     return true;
 }
 
 static bool decode(struct decode_pool *pool, const struct decode_job *job, bool *is_new,
                    struct error *err)
 {
-    struct scene_draft draft = {0};
-    struct scene_summary summary = {0};
+    struct resource_draft draft = {0};
+    json_t *summary = NULL;
     int summary_fd = memfd_create("vitrail-summary", MFD_CLOEXEC);
     if (summary_fd < 0)
         return error_set(err, ERROR_NO_MEMORY, "memfd_create: %s", strerror(errno));
-    bool is_good = scene_draft_begin(pool->store, &draft, err) &&
+    bool is_good = resource_draft_begin(pool->resources->scenes, &draft, err) &&
                    run_decoder(pool, job->upload, draft.blob_fd, summary_fd, err) &&
-                   read_summary(job, summary_fd, &draft, &summary, err) &&
-                   scene_draft_commit(pool->store, &draft, &summary, is_new, err);
-    scene_summary_finish(&summary);
-    scene_draft_discard(pool->store, &draft);
+                   (summary = read_summary(job, summary_fd, &draft, err)) &&
+                   resource_draft_commit(pool->resources->scenes, &draft, summary, is_new, err);
+    json_decref(summary);
+    resource_draft_discard(pool->resources->scenes, &draft);
     close(summary_fd);
     return is_good;
 }
@@ -288,7 +300,7 @@ static struct decode_job *take_job(struct decode_pool *pool)
 static bool wait_for_calm(struct decode_pool *pool)
 {
     struct timespec until;
-    int result = scene_store_get_totals(pool->store).scenes ? 0 : ETIMEDOUT;
+    int result = resource_store_get_totals(pool->resources->scenes).count ? 0 : ETIMEDOUT;
     clock_gettime(CLOCK_MONOTONIC, &until);
     until.tv_sec += CALM_S;
     pthread_mutex_lock(&pool->mutex);
@@ -328,7 +340,7 @@ struct decode_pool *decode_pool_create(const struct decode_pool_desc *desc, stru
     }
     pool->config = desc->config;
     pool->log = desc->log;
-    pool->store = desc->store;
+    pool->resources = desc->resources;
     pool->last = &pool->first;
     pthread_mutex_init(&pool->mutex, NULL);
     pthread_cond_init(&pool->has_work, NULL);

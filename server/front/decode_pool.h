@@ -10,7 +10,7 @@
 #include "protocol/error.h"
 #include "server/base/config.h"
 #include "server/base/log.h"
-#include "server/front/scene_store.h"
+#include "server/front/resources.h"
 #include "server/front/upload.h"
 
 enum {
@@ -22,9 +22,9 @@ enum {
 struct decode_pool;
 
 struct decode_pool_desc {
-    const struct config *config; /* required, borrowed */
-    const struct log *log;       /* required, borrowed */
-    struct scene_store *store;   /* required, borrowed */
+    const struct config *config;       /* required, borrowed */
+    const struct log *log;             /* required, borrowed */
+    const struct resources *resources; /* required, borrowed */
 };
 struct decode_pool *decode_pool_create(const struct decode_pool_desc *desc, struct error *err);
 

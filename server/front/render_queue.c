@@ -22,7 +22,7 @@ void render_task_destroy(struct render_task *task)
     for (size_t i = 0; i < sizeof fds / sizeof fds[0]; i++)
         if (fds[i] >= 0)
             close(fds[i]);
-    for (int i = 0; i < task->parts.count; i++)
+    for (int i = 0; i < task->resources.scene_count; i++)
         close(task->part_fds[i]);
     free(task->outcome.stats);
     json_decref(task->outcome.answer);

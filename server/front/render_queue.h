@@ -32,10 +32,10 @@ struct render_task {
     struct render_task *next;
     uint64_t ticket; /* required, unique: supervisor_next_ticket */
     char scene[DIGEST_TEXT_BYTES];
-    int request_fd, blob_fd;  /* required but of a question without a scene; owned */
-    const char *request_id;   /* of who waits for it, borrowed until it is done; NULL: none */
-    struct part_scenes parts; /* with part_fds, owned; beside task->scene */
-    int part_fds[LIMIT_PART_SCENES]; /* parts.count of them are open */
+    int request_fd, blob_fd; /* required but of a question without a scene; owned */
+    const char *request_id;  /* of who waits for it, borrowed until it is done; NULL: none */
+    struct request_resources resources; /* with descriptors below, owned; beside task->scene */
+    int part_fds[LIMIT_PART_SCENES];    /* by resources.scenes; as many are open */
     enum image_format format;
     enum render_priority priority;
     bool is_cancelled;  /* nobody waits for it any more */

@@ -77,8 +77,8 @@ bool supervisor_check_quarantine(const struct supervisor *supervisor,
                                  const struct render_task *task, struct error *err)
 {
     bool is_good = quarantine_check(&supervisor->quarantine, task->scene, err);
-    for (int i = 0; is_good && i < task->parts.count; i++)
-        is_good = quarantine_check(&supervisor->quarantine, task->parts.ids[i], err);
+    for (int i = 0; is_good && i < task->resources.scene_count; i++)
+        is_good = quarantine_check(&supervisor->quarantine, task->resources.scenes[i], err);
     return is_good;
 }
 

@@ -272,7 +272,7 @@ static int list_fds(const struct render_task *task, int fds[IPC_FDS_MAX])
         return 0;
     fds[count++] = task->request_fd;
     fds[count++] = task->blob_fd;
-    for (int i = 0; i < task->parts.count; i++)
+    for (int i = 0; i < task->resources.scene_count; i++)
         fds[count++] = task->part_fds[i];
     if (task->reference_fd >= 0)
         fds[count++] = task->reference_fd;
@@ -282,8 +282,8 @@ static int list_fds(const struct render_task *task, int fds[IPC_FDS_MAX])
 static json_t *list_parts(const struct render_task *task)
 {
     json_t *ids = json_array();
-    for (int i = 0; i < task->parts.count; i++)
-        json_array_append_new(ids, json_string(task->parts.ids[i]));
+    for (int i = 0; i < task->resources.scene_count; i++)
+        json_array_append_new(ids, json_string(task->resources.scenes[i]));
     return ids;
 }
 

@@ -14,7 +14,7 @@ static void nobody_waits(void *context, struct render_outcome *outcome)
     (void)outcome;
 }
 
-struct render_task *warm_up_task(struct scene_store *store, uint64_t ticket,
+struct render_task *warm_up_task(const struct resources *resources, uint64_t ticket,
                                  const struct warm_up_desc *desc, struct error *err)
 {
     char text[DIGEST_TEXT_BYTES + 64];
@@ -29,7 +29,7 @@ struct render_task *warm_up_task(struct scene_store *store, uint64_t ticket,
     task->priority = RENDER_BATCH;
     task->done = nobody_waits;
     task->question = json_pack("{s:s,s:b}", "warm_up", "all", "at_start", desc->is_at_start);
-    task->blob_fd = scene_store_open_blob(store, desc->scene, err);
+    task->blob_fd = resource_store_open_blob(resources->scenes, desc->scene, err);
     if (task->blob_fd >= 0)
         task->request_fd = ipc_memfd_create("vitrail-request", text, (size_t)length, err);
     if (task->request_fd >= 0 && task->question)

@@ -11,7 +11,7 @@
 #include "protocol/render_request.h"
 #include "server/base/config.h"
 #include "server/front/render_queue.h"
-#include "server/front/scene_store.h"
+#include "server/front/resources.h"
 
 enum {
     WARM_UP_IDLE_MS = 300, /* the worker has had nothing to do for so long */
@@ -39,7 +39,7 @@ struct warm_up_desc {
 };
 /* Makes a question (server/worker/worker.h) about the scene, whose answer nobody waits for. NULL
  * with err. */
-struct render_task *warm_up_task(struct scene_store *store, uint64_t ticket,
+struct render_task *warm_up_task(const struct resources *resources, uint64_t ticket,
                                  const struct warm_up_desc *desc, struct error *err);
 
 /* Takes the task. */

@@ -10,7 +10,7 @@
 #include "protocol/plan_document.h"
 #include "protocol/request_tree.h"
 #include "server/base/ipc.h"
-#include "server/front/task_scenes.h"
+#include "server/front/task_resources.h"
 #include "server/http/negotiate.h"
 #include "server/mapping/format_mapping.h"
 #include "server/routes/router.h"
@@ -123,7 +123,7 @@ static void reply_image(struct render_post *post, struct render_outcome *outcome
     frame_stats_server_timing(stats, timing, sizeof timing);
     frames_add(service->frames, id, frame_stats_to_json_text(stats));
     metrics_count_frame(service->metrics, stats);
-    scene_store_note_use(service->store, stats->scene);
+    resource_store_note_use(service->resources.scenes, stats->scene);
     http_reply_header(post->exchange, "Server-Timing", "%s", timing);
     http_reply_header(post->exchange, "Link", "</v1/frames/%s>; rel=\"describedby\"", id);
     http_reply_header(post->exchange, "Cache-Control", "private, no-cache");
@@ -205,13 +205,13 @@ static bool prepare(struct render_post *post, struct render_task *task, struct e
     if (is_good)
         image_digest(post->canonical, task->offer, post->digest);
     post->has_target = request_quality_asks(&request.quality);
-    struct part_scenes parts;
-    is_good = render_request_part_scenes(&request, &parts) && is_good;
+    struct request_resources resources;
+    is_good = render_request_resources(&request, &resources) && is_good;
     memcpy(task->scene, request.scene, sizeof task->scene);
     render_request_finish(&request);
     if (!is_good)
         return false;
-    if (!task_open_scenes(task, post->service->store, &parts, err))
+    if (!task_open_resources(task, &post->service->resources, &resources, err))
         return false;
     task->request_fd =
         ipc_memfd_create("vitrail-request", post->canonical, strlen(post->canonical), err);

@@ -7,6 +7,7 @@
 #include "glb/demo_scene.h"
 #include "protocol/json_read.h"
 #include "protocol/limits.h"
+#include "protocol/scene_summary.h"
 #include "server/front/upload.h"
 #include "server/front/warm_up.h"
 #include "server/routes/router.h"
@@ -31,7 +32,7 @@ static void reply_stored(struct service *service, struct http_exchange *exchange
                          bool is_new)
 {
     struct error problem = {0};
-    json_t *summary = scene_store_get_summary(service->store, id, &problem);
+    json_t *summary = resource_store_get_summary(service->resources.scenes, id, &problem);
     if (!summary) {
         http_reply_error(exchange, &problem);
         return;
@@ -84,7 +85,7 @@ static struct scene_post *begin_post(struct service *service, struct http_exchan
              atomic_load(&service->is_draining))
         error_set(&problem, ERROR_OVERLOADED, "the server is stopping");
     else if (problem.code == ERROR_NONE)
-        spool_fd = scene_store_open_spool(service->store, &problem);
+        spool_fd = state_dir_open_spool(service->resources.state, &problem);
     if (spool_fd >= 0)
         post->upload = upload_create(content_type, spool_fd, &problem);
     if (post && post->upload && set_query(post->upload, &query, default_name, &problem))
@@ -112,7 +113,7 @@ static void warm_up(struct service *service, const char *id)
     if (service->config->no_warm_up || atomic_load(&service->is_draining))
         return;
     struct render_task *task =
-        warm_up_task(service->store, supervisor_next_ticket(service->supervisor),
+        warm_up_task(&service->resources, supervisor_next_ticket(service->supervisor),
                      &(struct warm_up_desc){.scene = id}, &ignored);
     if (task)
         supervisor_warm_up(service->supervisor, task);
@@ -123,7 +124,7 @@ static void reply_stored_before(struct scene_post *post)
 {
     struct error problem = {0};
     const char *name = http_request_query(post->exchange, "name");
-    if (name && !scene_store_rename(post->service->store, post->id, name, &problem))
+    if (name && !resource_store_rename(post->service->resources.scenes, post->id, name, &problem))
         http_reply_error(post->exchange, &problem);
     else
         reply_stored(post->service, post->exchange, post->id, false);
@@ -169,7 +170,7 @@ static void run_post(struct service *service, struct http_exchange *exchange, co
     }
     metrics_count_upload(service->metrics, upload_size_bytes(post->upload));
     supervisor_clear_scene(service->supervisor, post->id);
-    if (scene_store_has(service->store, post->id)) {
+    if (resource_store_has(service->resources.scenes, post->id)) {
         reply_stored_before(post);
         return;
     }
@@ -214,7 +215,7 @@ static void run_demo(struct service *service, struct http_exchange *exchange, co
 static void run_list(struct service *service, struct http_exchange *exchange, const char *id)
 {
     (void)id;
-    json_t *scenes = scene_store_list(service->store);
+    json_t *scenes = resource_store_list(service->resources.scenes);
     reply_json(exchange, 200, scenes ? json_pack("{s:o}", "scenes", scenes) : NULL);
 }
 
@@ -246,14 +247,14 @@ static void reply_of_scene(struct http_exchange *exchange, const char *id, json_
 static void run_get(struct service *service, struct http_exchange *exchange, const char *id)
 {
     struct error problem = {0};
-    json_t *summary = scene_store_get_summary(service->store, id, &problem);
+    json_t *summary = resource_store_get_summary(service->resources.scenes, id, &problem);
     reply_of_scene(exchange, id, summary, &problem);
 }
 
 static void run_outline(struct service *service, struct http_exchange *exchange, const char *id)
 {
     struct error problem = {0};
-    json_t *outline = scene_store_get_outline(service->store, id, &problem);
+    json_t *outline = resource_store_get_outline(service->resources.scenes, id, &problem);
     reply_of_scene(exchange, id, outline, &problem);
 }
 
@@ -277,7 +278,7 @@ static bool patch(struct service *service, const char *id, const struct text_bod
     if (is_good && text && !scene_name_check(text, &bad_name))
         is_good = json_refuse(&name, bad_name.code, "%s", bad_name.message);
     if (is_good && json_object_get(json, "name"))
-        is_good = scene_store_rename(service->store, id, text, err);
+        is_good = resource_store_rename(service->resources.scenes, id, text, err);
     json_decref(json);
     return is_good;
 }
@@ -294,7 +295,7 @@ static void run_patch(struct service *service, struct http_exchange *exchange, c
 static void run_delete(struct service *service, struct http_exchange *exchange, const char *id)
 {
     struct error problem = {0};
-    if (!scene_store_remove(service->store, id, &problem)) {
+    if (!resource_store_remove(service->resources.scenes, id, &problem)) {
         http_reply_error(exchange, &problem);
         return;
     }

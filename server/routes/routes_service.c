@@ -153,7 +153,7 @@ static void run_stats(struct service *service, struct http_exchange *exchange, c
     (void)id;
     struct supervisor_totals renders = supervisor_get_totals(service->supervisor);
     struct decode_totals decodes = decode_pool_get_totals(service->decoders);
-    struct scene_store_totals scenes = scene_store_get_totals(service->store);
+    struct resource_store_totals scenes = resource_store_get_totals(service->resources.scenes);
     struct http_server_totals http = http_server_get_totals(service->http);
     struct metrics_totals metrics = metrics_get_totals(service->metrics);
     reply_json(
@@ -163,7 +163,7 @@ static void run_stats(struct service *service, struct http_exchange *exchange, c
                   uptime_s(service), "http", "requests", integer(metrics.requests), "in_flight",
                   integer(http.requests_in_flight), "connections", integer(http.connections),
                   "upload_bytes", integer(metrics.upload_bytes), "scenes", "stored",
-                  integer(scenes.scenes), "decoded_bytes", integer(scenes.decoded_bytes), "renders",
+                  integer(scenes.count), "decoded_bytes", integer(scenes.decoded_bytes), "renders",
                   renders_json(&renders), "worker", worker_json(service, &renders), "cache",
                   cache_json(&renders), "programs", programs_json(&renders), "warm_ups",
                   warm_ups_json(&renders.warm_ups), "decodes", decodes_json(&decodes), "views",
@@ -189,7 +189,7 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
     (void)id;
     struct supervisor_totals r = supervisor_get_totals(service->supervisor);
     struct decode_totals d = decode_pool_get_totals(service->decoders);
-    struct scene_store_totals s = scene_store_get_totals(service->store);
+    struct resource_store_totals s = resource_store_get_totals(service->resources.scenes);
     struct http_server_totals h = http_server_get_totals(service->http);
     struct views_totals v = views_get_totals(service->views);
     struct view_images_totals i = view_images_get_totals(service->view_images);
@@ -247,7 +247,7 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
         {timings, "Runners-up of auto drawn while nobody asked, by the worker that runs.", true,
          "end=\"finished\"", (double)r.timed},
         {timings, "", true, "end=\"stopped\"", (double)r.timings_stopped},
-        {"vitrail_scenes", "Scenes stored.", false, NULL, (double)s.scenes},
+        {"vitrail_scenes", "Scenes stored.", false, NULL, (double)s.count},
         {"vitrail_scenes_bytes", "Their decoded size.", false, NULL, (double)s.decoded_bytes},
         {"vitrail_decodes_total", "Uploads decoded, by result.", true, "result=\"done\"",
          (double)d.decoded},

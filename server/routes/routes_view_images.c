@@ -4,7 +4,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "server/front/task_scenes.h"
+#include "server/front/task_resources.h"
 #include "server/http/negotiate.h"
 #include "server/mapping/format_mapping.h"
 #include "server/routes/routes_views.h"
@@ -146,7 +146,8 @@ static void run_image(struct service *service, struct http_exchange *exchange, c
     struct image_get *get = image_get_create(service, exchange, id, &problem);
     if (!get || !read_frame(exchange, &frame, &format, &problem) ||
         !views_describe_frame(service->views, id, &frame, &get->picture, &problem) ||
-        !task_has_scenes(service->store, get->picture.scene, &get->picture.parts, &problem)) {
+        !task_has_resources(&service->resources, get->picture.scene, &get->picture.resources,
+                            &problem)) {
         http_reply_error(exchange, &problem);
         return;
     }
@@ -159,7 +160,7 @@ static void run_image(struct service *service, struct http_exchange *exchange, c
     }
     struct view_image_request request = {
         .scene = get->picture.scene,
-        .parts = &get->picture.parts,
+        .resources = &get->picture.resources,
         .text = get->picture.text,
         .tag = get->picture.tag,
         .format = format,

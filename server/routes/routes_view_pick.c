@@ -6,7 +6,7 @@
 
 #include "protocol/limits.h"
 #include "server/base/ipc.h"
-#include "server/front/task_scenes.h"
+#include "server/front/task_resources.h"
 #include "server/mapping/questions.h"
 #include "server/routes/routes_views.h"
 
@@ -132,7 +132,7 @@ static struct render_task *make_task(struct pick_get *get, struct error *err)
     task->context = get;
     task->done = picked;
     task->ticket = supervisor_next_ticket(get->service->supervisor);
-    if (task_open_scenes(task, get->service->store, &get->picture.parts, err))
+    if (task_open_resources(task, &get->service->resources, &get->picture.resources, err))
         task->request_fd =
             ipc_memfd_create("vitrail-request", get->picture.text, strlen(get->picture.text), err);
     if (task->request_fd >= 0 && task->question)

@@ -43,15 +43,15 @@ struct service *service_create(const struct config *config, const struct log *lo
     service->log = log;
     clock_gettime(CLOCK_MONOTONIC, &service->started);
     build_id_get(service->build_id);
-    service->store = scene_store_create(config->state_dir, log, err);
-    if (!service->store)
+    if (!resources_init(&service->resources, config->state_dir, log, err))
         goto fail;
     service->frames = frames_create(LIMIT_FRAMES_KEPT, err);
     service->metrics = metrics_create(err);
     if (!service->frames || !service->metrics)
         goto fail;
     service->decoders = decode_pool_create(
-        &(struct decode_pool_desc){.config = config, .log = log, .store = service->store}, err);
+        &(struct decode_pool_desc){.config = config, .log = log, .resources = &service->resources},
+        err);
     if (!service->decoders)
         goto fail;
     service->supervisor =
@@ -67,7 +67,7 @@ struct service *service_create(const struct config *config, const struct log *lo
         tradeoffs_create(&(struct tradeoffs_desc){.state_dir = config->state_dir,
                                                   .log = log,
                                                   .supervisor = service->supervisor,
-                                                  .scenes = service->store},
+                                                  .resources = &service->resources},
                          err);
     if (!service->tradeoffs)
         goto fail;
@@ -76,14 +76,14 @@ struct service *service_create(const struct config *config, const struct log *lo
         goto fail;
     service->view_images =
         view_images_create(&(struct view_images_desc){.supervisor = service->supervisor,
-                                                      .store = service->store,
+                                                      .resources = &service->resources,
                                                       .frames = service->frames,
                                                       .metrics = service->metrics},
                            err);
     if (!service->view_images)
         goto fail;
     service->views = views_create(&(struct views_desc){.config = config,
-                                                       .store = service->store,
+                                                       .resources = &service->resources,
                                                        .supervisor = service->supervisor,
                                                        .images = service->view_images,
                                                        .tradeoffs = service->tradeoffs,
@@ -144,7 +144,7 @@ void service_destroy(struct service *service, bool (*must_hurry)(void))
     decode_pool_destroy(service->decoders);
     metrics_destroy(service->metrics);
     frames_destroy(service->frames);
-    scene_store_destroy(service->store);
+    resources_finish(&service->resources);
     free(atomic_load(&service->hopeless));
     free(service);
 }
@@ -154,10 +154,10 @@ void service_warm_up(struct service *service)
     char ids[WARM_UPS_MAX][DIGEST_TEXT_BYTES];
     struct error ignored = {0};
     size_t most = service->config->no_warm_up ? 0 : (size_t)service->config->warm_at_start;
-    size_t count = most ? scene_store_recent(service->store, ids, most) : 0;
+    size_t count = most ? resource_store_recent(service->resources.scenes, ids, most) : 0;
     for (size_t i = 0; i < count; i++) {
         struct render_task *task =
-            warm_up_task(service->store, supervisor_next_ticket(service->supervisor),
+            warm_up_task(&service->resources, supervisor_next_ticket(service->supervisor),
                          &(struct warm_up_desc){.scene = ids[i], .is_at_start = true}, &ignored);
         if (task)
             supervisor_warm_up(service->supervisor, task);

@@ -15,7 +15,7 @@
 #include "server/front/decode_pool.h"
 #include "server/front/frames.h"
 #include "server/front/metrics.h"
-#include "server/front/scene_store.h"
+#include "server/front/resources.h"
 #include "server/front/supervisor.h"
 #include "server/http/http.h"
 #include "server/http/websocket.h"
@@ -28,7 +28,7 @@
 struct service {
     const struct config *config;
     const struct log *log;
-    struct scene_store *store;
+    struct resources resources;
     struct decode_pool *decoders;
     struct supervisor *supervisor;
     struct tradeoffs *tradeoffs;

@@ -62,7 +62,7 @@ static void find_measured(struct tradeoffs *tradeoffs, const struct tradeoff_vie
 
 static void add_counts(struct tradeoffs *tradeoffs, const char *scene, struct choice_offer *offer)
 {
-    json_t *summary = scene_store_get_summary(tradeoffs->desc.scenes, scene, NULL);
+    json_t *summary = resource_store_get_summary(tradeoffs->desc.resources->scenes, scene, NULL);
     offer->triangles = (uint64_t)json_integer_value(json_object_get(summary, "triangles"));
     offer->scene_lights = (uint64_t)json_integer_value(json_object_get(summary, "light_count"));
     json_decref(summary);

@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 #include "server/base/ipc.h"
-#include "server/front/task_scenes.h"
+#include "server/front/task_resources.h"
 
 enum {
     STEP_LIMIT_MS = 60000, /* from its begin: a scene's first frame compiles its shaders */
@@ -63,9 +63,9 @@ static struct render_task *task_create(struct tradeoffs *tradeoffs, const struct
     task->question = json_incref(desc->measure);
     task->priority = RENDER_BATCH;
     task->limit_ms = STEP_LIMIT_MS;
-    struct part_scenes parts;
-    if (!render_request_part_scenes(desc->request, &parts) ||
-        !task_open_scenes(task, tradeoffs->desc.scenes, &parts, err))
+    struct request_resources resources;
+    if (!render_request_resources(desc->request, &resources) ||
+        !task_open_resources(task, tradeoffs->desc.resources, &resources, err))
         goto fail;
     task->request_fd = ipc_memfd_create("vitrail-request", text, strlen(text), err);
     if (task->request_fd < 0)

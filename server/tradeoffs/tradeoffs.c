@@ -169,7 +169,7 @@ bool tradeoffs_submit(struct tradeoffs *tradeoffs, struct tradeoff_request *requ
         return error_set(err, ERROR_TOO_LARGE,
                          "%dx%d are %lld pixels, the limit of a trade-off is %d", render->width,
                          render->height, (long long)pixels, LIMIT_TRADEOFF_PIXELS);
-    if (!scene_store_has(tradeoffs->desc.scenes, render->scene))
+    if (!resource_store_has(tradeoffs->desc.resources->scenes, render->scene))
         return error_set_at(err, ERROR_NOT_FOUND, "/scene", "there is no scene '%s'",
                             render->scene);
     struct tradeoff_entry *entry = entry_create(request, err), *forgotten = NULL;
@@ -379,7 +379,7 @@ static void *tradeoffs_thread(void *argument)
 static void load_entry(void *context, struct tradeoff *tradeoff)
 {
     struct tradeoffs *tradeoffs = context;
-    bool is_wanted = scene_store_has(tradeoffs->desc.scenes, tradeoff->scene) &&
+    bool is_wanted = resource_store_has(tradeoffs->desc.resources->scenes, tradeoff->scene) &&
                      tradeoffs->count < LIMIT_TRADEOFFS_KEPT;
     struct tradeoff_entry *entry = is_wanted ? calloc(1, sizeof *entry) : NULL;
     if (!entry) {

@@ -18,16 +18,16 @@
 #include "protocol/frame_stats.h"
 #include "protocol/tradeoff.h"
 #include "server/base/log.h"
-#include "server/front/scene_store.h"
+#include "server/front/resources.h"
 #include "server/front/supervisor.h"
 
 struct tradeoffs;
 
 struct tradeoffs_desc {
-    const char *state_dir;         /* required */
-    const struct log *log;         /* required, borrowed */
-    struct supervisor *supervisor; /* required, borrowed until tradeoffs_stop */
-    struct scene_store *scenes;    /* required, borrowed */
+    const char *state_dir;             /* required */
+    const struct log *log;             /* required, borrowed */
+    struct supervisor *supervisor;     /* required, borrowed until tradeoffs_stop */
+    const struct resources *resources; /* required, borrowed */
 };
 
 /* Reads what is kept. One that was being measured when the last daemon ended has failed, with what

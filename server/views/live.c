@@ -189,7 +189,7 @@ void live_launch(struct launch *launch)
     struct view_picture *picture = &launch->picture;
     view_images_ask(images,
                     &(struct view_image_request){.scene = picture->scene,
-                                                 .parts = &picture->parts,
+                                                 .resources = &picture->resources,
                                                  .text = picture->text,
                                                  .tag = picture->tag,
                                                  .format = launch->format,

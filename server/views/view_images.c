@@ -12,7 +12,7 @@
 #include "protocol/limits.h"
 #include "server/base/clock.h"
 #include "server/base/ipc.h"
-#include "server/front/task_scenes.h"
+#include "server/front/task_resources.h"
 
 /* Somebody who asked. */
 struct waiter {
@@ -120,7 +120,7 @@ static struct view_image *make_image(const struct making *making, struct render_
     image->stats = frame_stats_to_json_text(stats);
     frames_add(desc->frames, image->frame, image->stats ? strdup(image->stats) : NULL);
     metrics_count_frame(desc->metrics, stats);
-    scene_store_note_use(desc->store, stats->scene);
+    resource_store_note_use(desc->resources->scenes, stats->scene);
     return image;
 }
 
@@ -220,7 +220,7 @@ static struct render_task *make_task(struct view_images *images,
     task->may_be_coarse = request->is_moving;
     task->done = rendered;
     task->offer = json_incref(request->offer);
-    if (task_open_scenes(task, images->desc.store, request->parts, err))
+    if (task_open_resources(task, images->desc.resources, request->resources, err))
         task->request_fd =
             ipc_memfd_create("vitrail-request", request->text, strlen(request->text), err);
     if (task->request_fd >= 0)

@@ -10,7 +10,7 @@
 #include "protocol/frame_stats.h"
 #include "server/front/frames.h"
 #include "server/front/metrics.h"
-#include "server/front/scene_store.h"
+#include "server/front/resources.h"
 #include "server/views/image_tag.h"
 
 /* One encoded image; never changes. */
@@ -33,10 +33,10 @@ void view_image_release(struct view_image *image); /* accepts NULL */
 enum view_image_source { VIEW_IMAGE_RENDERED, VIEW_IMAGE_SHARED, VIEW_IMAGE_KEPT };
 
 struct view_image_request {
-    const char *scene;               /* required */
-    const struct part_scenes *parts; /* optional: of its parts */
-    const char *text;                /* required; canonical, names its format */
-    const char *tag;                 /* required; image_tag_make of text and offer */
+    const char *scene;                         /* required */
+    const struct request_resources *resources; /* optional: beside its scene */
+    const char *text;                          /* required; canonical, names its format */
+    const char *tag;                           /* required; image_tag_make of text and offer */
     enum image_format format;
     enum render_priority priority;
     const char *request_id; /* borrowed until done; NULL: none */
@@ -54,7 +54,7 @@ struct view_images;
 
 struct view_images_desc {
     struct supervisor *supervisor; /* all required, borrowed */
-    struct scene_store *store;
+    const struct resources *resources;
     struct frames *frames;
     struct metrics *metrics;
 };

@@ -45,7 +45,7 @@ static struct scene_names *names_find(struct views *views, const char *scene)
 static struct scene_names *names_read(struct views *views, const char *scene, struct error *err)
 {
     struct error no_scene = {0};
-    json_t *summary = scene_store_get_summary(views->desc.store, scene, &no_scene);
+    json_t *summary = resource_store_get_summary(views->desc.resources->scenes, scene, &no_scene);
     if (!summary) {
         error_set_at(err, no_scene.code, "/scene", "%s", no_scene.message);
         return NULL;
@@ -194,12 +194,13 @@ static struct view *view_create(struct views *views, const struct view_make_desc
 
 static bool has_scene(void *context, const char *id)
 {
-    return scene_store_has(context, id);
+    const struct views *views = context;
+    return resource_store_has(views->desc.resources->scenes, id);
 }
 
-static struct view_scenes scenes_of(const struct views *views)
+static struct view_scenes scenes_of(struct views *views)
 {
-    return (struct view_scenes){.has = has_scene, .context = views->desc.store};
+    return (struct view_scenes){.has = has_scene, .context = views};
 }
 
 /* Under the mutex; takes read, which is NULL when the names are here already. */
@@ -392,7 +393,7 @@ bool view_describe_frame(struct view *view, const struct view_frame_desc *frame,
     *picture = (struct view_picture){.revision = view->revision,
                                      .shape = view_document_shape(view->document)};
     snprintf(picture->scene, sizeof picture->scene, "%s", view_document_scene(view->document));
-    view_document_part_scenes(view->document, &picture->parts);
+    view_document_resources(view->document, &picture->resources);
     picture->text =
         view_document_frame(view->document, frame, &picture->width_px, &picture->height_px);
     if (!picture->text)

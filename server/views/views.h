@@ -12,7 +12,7 @@
 
 #include "protocol/view_document.h"
 #include "server/base/config.h"
-#include "server/front/scene_store.h"
+#include "server/front/resources.h"
 #include "server/tradeoffs/tradeoffs.h"
 #include "server/views/view_images.h"
 
@@ -22,7 +22,7 @@ struct views;
 
 struct views_desc { /* all required, borrowed */
     const struct config *config;
-    struct scene_store *store;
+    const struct resources *resources;
     struct supervisor *supervisor;
     struct view_images *images;
     struct tradeoffs *tradeoffs; /* chooses for exact pictures */
@@ -73,12 +73,12 @@ MUST_CHECK bool views_remove(struct views *views, const char *id,
 /* One picture of the present revision, ready to be asked for. Zeroed = none. */
 struct view_picture {
     char scene[65];
-    struct part_scenes parts;
-    char *text;                     /* owned */
-    json_t *offer;                  /* owned; what the worker chooses from, or NULL */
-    char digest[DIGEST_TEXT_BYTES]; /* image_digest of text and offer */
-    char tag[IMAGE_TAG_BYTES];      /* of that: equal pictures are made once */
-    bool has_target;                /* the worker chooses: target_digests.h knows what it drew */
+    struct request_resources resources; /* beside the scene */
+    char *text;                         /* owned */
+    json_t *offer;                      /* owned; what the worker chooses from, or NULL */
+    char digest[DIGEST_TEXT_BYTES];     /* image_digest of text and offer */
+    char tag[IMAGE_TAG_BYTES];          /* of that: equal pictures are made once */
+    bool has_target; /* the worker chooses: target_digests.h knows what it drew */
     uint64_t revision, shape;
     int width_px, height_px;
 };

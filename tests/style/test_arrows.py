@@ -368,7 +368,7 @@ class PlantedFaultsAreCaught(unittest.TestCase):
         self.assert_refused("renderer/a.c", "<server/worker/worker.h>")
 
     def test_arrows_that_run_back_between_rooms(self):
-        self.assert_refused("server/http/a.c", '"server/front/scene_store.h"')
+        self.assert_refused("server/http/a.c", '"server/front/resource_store.h"')
         self.assert_refused("server/routes/a.c", '"server/worker/worker.h"')
         self.assert_refused("server/routes/a.c", '"renderer/renderer.h"')
         self.assert_refused("server/front/a.c", '"renderer/image/tone_map.h"')
