@@ -11,11 +11,13 @@ static void describe_as(const struct window_frame *frame, const struct surface_f
                         bool is_apart, char text[SURFACE_DEFINES_BYTES])
 {
     const char *compositing = facts->compositing;
-    snprintf(text, SURFACE_DEFINES_BYTES, " SAMPLES=%d%s%s%s%s%s", frame->targets->samples,
+    const struct view_screen *screen = &frame->view->screen;
+    bool has_choice = screen->mapping.operator_ != TONE_MAPPING_NEUTRAL;
+    snprintf(text, SURFACE_DEFINES_BYTES, " SAMPLES=%d%s%s%s%s%s%s", frame->targets->samples,
              facts->has_shadow_maps && frame->needs->has_normal_offset ? " HAS_NORMAL_OFFSET" : "",
              is_apart ? " SAMPLES_APART" : "", compositing ? " LAYERS=" : "",
-             compositing ? compositing : "",
-             frame->view->screen.has_backdrop ? " HAS_BACKDROP" : "");
+             compositing ? compositing : "", screen->has_backdrop ? " HAS_BACKDROP" : "",
+             screen->has_backdrop && has_choice ? " TONE_HAS_CHOICE" : "");
 }
 
 static void describe(const struct window_frame *frame, const struct surface_facts *facts,
@@ -43,7 +45,8 @@ static void set_background(const struct view *view, const struct gl_program *pro
     view_backdrop(view, backdrop);
     gl_program_set_f4(program, "u_backdrop", backdrop);
     gl_program_set_f(program, "u_gain", tone_map_gain(&screen->mapping));
-    gl_program_set_u(program, "u_operator", (uint32_t)screen->mapping.operator_);
+    if (screen->mapping.operator_ != TONE_MAPPING_NEUTRAL)
+        gl_program_set_u(program, "u_operator", (uint32_t)screen->mapping.operator_);
 }
 
 static void bind_picture(const struct window_frame *frame, const struct gl_program *program)

@@ -3,6 +3,7 @@
 // tone mapping, the sRGB code, alpha that is not associated. A thread for four pixels, the
 // top row first; what is behind the last pixel is written and means nothing.
 #include "shared/bindings.h"
+#define TONE_HAS_CHOICE
 #include "image/tone_operators.glsl"
 layout(local_size_x = 64) in;
 layout(rgba32f, binding = 0) uniform readonly image2D u_image;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Tone mappings of colours that are finite and not negative. Provides: tame, map_tones, which asks
-// for the uniform u_operator.
+// Tone mappings of colours that are finite and not negative. Provides: tame, map_tones: Khronos
+// neutral, or with TONE_HAS_CHOICE the one that the uniform u_operator names. Without the choice a
+// large program carries no mapping that its pictures do not use.
 #include "shared/layout.h"
 #include "shared/tone_curve.h"
-uniform uint u_operator; // TONE_OPERATOR_*; any other leaves colours alone
 
 // Not a number, infinite and negative become 0, by their bits: comparisons with NaN are not
 // specified.
@@ -25,6 +25,14 @@ vec3 map_neutral(vec3 c)
                 tone_compress(lowered.g, scale, new_peak, white_share),
                 tone_compress(lowered.b, scale, new_peak, white_share));
 }
+
+#ifndef TONE_HAS_CHOICE
+vec3 map_tones(vec3 c)
+{
+    return map_neutral(c);
+}
+#else
+uniform uint u_operator; // TONE_OPERATOR_*; any other leaves colours alone
 
 vec3 map_agx(vec3 c)
 {
@@ -54,3 +62,4 @@ vec3 map_tones(vec3 c)
     default: return c;
     }
 }
+#endif

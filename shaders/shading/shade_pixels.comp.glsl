@@ -7,9 +7,9 @@
 // light is composited where it is, because a pass of its own would write and read the colour of
 // every sample.
 // Needs: SAMPLES (1 or 4), SAMPLES_APART (the second pass), SAMPLES_IN_TURN (below),
-// HAS_BACKDROP (the picture is mapped to the screen), IS_ORTHOGRAPHIC, HAS_TRACED_SHADOWS, those of
-// lighting.glsl; LAYERS where there are layers: the fragment of the transparency method
-// (renderer/transparency/method.h), which provides
+// HAS_BACKDROP (the picture is mapped to the screen; TONE_HAS_CHOICE of image/tone_operators.glsl),
+// IS_ORTHOGRAPHIC, HAS_TRACED_SHADOWS, those of lighting.glsl; LAYERS where there are layers: the
+// fragment of the transparency method (renderer/transparency/method.h), which provides
 //   struct pixel_layers: what it knows of a pixel before it follows samples through the layers,
 //   pixel_layers layers_begin(ivec2 pixel),
 //   void layers_composite(ivec2 pixel, int first_sample, pixel_layers layers,

@@ -33,7 +33,8 @@ AMD = re.compile(r"Code Size: (\d+) .*Spilled VGPRs: (\d+) .*\((\w\w), ")
 # Of a define that begins a shader's text: the name that it gives to the variant.
 VARIANTS = {"HAS_MEDIA": "media", "SHADOW_HAS_MEDIA": "media", "MEDIA": "media", "MEDIUM": "media",
             "CUT_PLANES": "cut", "SHADOW_FAITHFUL": "faithful", "SHADOW_HAS_NODES": "nodes",
-            "KEYED": "keyed", "NET": "net", "SAMPLES_APART": "apart"}
+            "KEYED": "keyed", "NET": "net", "SAMPLES_APART": "apart", "HAS_LOBES": "lobes",
+            "TONE_HAS_CHOICE": "tones"}
 STAGES = {"CS": "comp", "FS": "frag", "PS": "frag", "VS": "vert"}
 
 
