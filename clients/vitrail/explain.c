@@ -15,6 +15,7 @@
 struct explain_options {
     struct common_options common;
     struct request_options request;
+    struct scene_wish file;
     const char *output;
     bool shaders; /* their sources instead of the plan */
 };
@@ -88,11 +89,12 @@ static bool explain_run(void *context, const struct text_list *operands, struct 
 
     explaining.request = request_json_build(&explaining.options->request, failure);
     is_ok = explaining.request && choose_form(&explaining, failure) &&
-            scene_source_check_all(explaining.source, explaining.request, failure) &&
+            scene_source_check_all(explaining.source, &explaining.options->file, explaining.request,
+                                   failure) &&
             output_file_open(&explaining.output, output ? output : "-", failure) &&
             session_begin(&explaining.session, &explaining.options->common, failure) &&
-            scene_source_bring(&explaining.session, explaining.source, false, explaining.request,
-                               &explaining.scene, failure) &&
+            scene_source_bring(&explaining.session, explaining.source, &explaining.options->file,
+                               explaining.request, &explaining.scene, failure) &&
             ask_for_plan(&explaining, failure);
     progress_hide(&explaining.session.progress);
     is_ok = is_ok && output_file_commit(&explaining.output, failure);
@@ -110,6 +112,7 @@ static const struct option OPTIONS[] = {
     {OPTION_FLAG, "shaders", 0, NULL,
      "the composed sources of the shader programs instead of the plan, also as -o FILE.glsl",
      offsetof(struct explain_options, shaders)},
+    SCENE_FILE_OPTIONS(struct explain_options),
     REQUEST_OPTIONS(struct explain_options),
     {0},
 };

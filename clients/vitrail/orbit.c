@@ -17,6 +17,7 @@ static const double FOV_Y_DEG = 45, ELEVATION_DEG = 20, MARGIN = 1.05;
 struct orbit_options {
     struct common_options common;
     struct request_options request;
+    struct scene_wish file;
     const char *pattern;
     struct option_number count, elevation_deg;
 };
@@ -128,7 +129,7 @@ static bool go_round(struct session *session, const struct orbit_options *option
                      const char *scene, json_t *members, struct orbit *orbit,
                      struct failure *failure)
 {
-    json_t *view = view_client_make(session, scene, members, failure);
+    json_t *view = view_client_make(session, scene, &options->file, members, failure);
     const char *id = json_string_value(json_object_get(view, "id"));
     struct failure ignored = {0};
     bool is_ok = id && measure(session, view, orbit, failure);
@@ -160,7 +161,7 @@ static bool orbit_run(void *context, const struct text_list *operands, struct fa
     orbit.count = (int)count;
     json_t *members = request_json_build(&options->request, failure);
     bool is_ok = members && check_pattern(options->pattern, failure) &&
-                 scene_source_check_all(scene, members, failure) &&
+                 scene_source_check_all(scene, &options->file, members, failure) &&
                  session_begin(&session, &options->common, failure) &&
                  go_round(&session, options, scene, json_incref(members), &orbit, failure);
     json_decref(members);
@@ -176,6 +177,7 @@ static const struct option OPTIONS[] = {
     {OPTION_NUMBER, "count", 'n', "N", "images; default 24", AT(count)},
     {OPTION_NUMBER, "elevation", 0, "DEGREES", "of the camera above the horizon; default 20",
      AT(elevation_deg)},
+    SCENE_FILE_OPTIONS(struct orbit_options),
     REQUEST_LOOK_OPTIONS(struct orbit_options),
     {0},
 };

@@ -16,6 +16,7 @@
 struct render_options {
     struct common_options common;
     struct request_options request;
+    struct scene_wish file;
     const char *output, *stats;
     bool strict;
 };
@@ -90,7 +91,7 @@ static bool prepare(struct render *render, struct failure *failure)
     render->request = request_json_build(&options->request, failure);
     if (!render->request || !choose_format(render, failure))
         return false;
-    if (!scene_source_check_all(render->source, render->request, failure))
+    if (!scene_source_check_all(render->source, &render->options->file, render->request, failure))
         return false;
     return output_file_open(&render->image, options->output, failure) &&
            (!options->stats || output_file_open(&render->stats, options->stats, failure));
@@ -98,7 +99,9 @@ static bool prepare(struct render *render, struct failure *failure)
 
 static bool bring_scene(struct render *render, bool force, struct failure *failure)
 {
-    return scene_source_bring(&render->session, render->source, force, render->request,
+    struct scene_wish wish = render->options->file;
+    wish.force = force;
+    return scene_source_bring(&render->session, render->source, &wish, render->request,
                               &render->scene, failure);
 }
 
@@ -287,6 +290,7 @@ static const struct option OPTIONS[] = {
      "where the image goes; .png .jpg .webp .exr, - is stdout", AT(output)},
     {OPTION_TEXT, "format", 0, "NAME", "png, jpeg, webp or exr, whatever FILE is called",
      AT(request.format)},
+    SCENE_FILE_OPTIONS(struct render_options),
     REQUEST_OPTIONS(struct render_options),
     {OPTION_TEXT, "stats", 0, "FILE", "what the frame cost and why, as JSON; - is stdout",
      AT(stats)},

@@ -263,11 +263,16 @@ bool scene_source_push_demo(struct session *session, const char *name, struct sc
     return is_ok;
 }
 
-bool scene_source_check_all(const char *source, const json_t *request, struct failure *failure)
+bool scene_source_check_all(const char *source, const struct scene_wish *wish,
+                            const json_t *request, struct failure *failure)
 {
     const char *name;
     json_t *part;
 
+    if (source && wish && wish->scene && scene_source_is_on_server(source))
+        return fail(failure, EXIT_CODE_USAGE,
+                    "--scene chooses one scene of a FILE, and '%s' is a scene of the server",
+                    source);
     if (source && !scene_source_is_on_server(source) && !scene_source_check(source, failure))
         return false;
     json_object_foreach(json_object_get(request, "parts"), name, part)
@@ -280,13 +285,12 @@ bool scene_source_check_all(const char *source, const json_t *request, struct fa
 }
 
 /* Names what `source` is in `object` as "scene", when the server has it. */
-static bool bring(struct session *session, const char *source, bool force, json_t *object,
-                  struct scene_push *push, struct failure *failure)
+static bool bring(struct session *session, const char *source, const struct scene_wish *wish,
+                  json_t *object, struct scene_push *push, struct failure *failure)
 {
     bool is_ok = scene_source_is_on_server(source)
                      ? scene_reference_resolve(session, source, push->id, failure)
-                     : scene_source_push(session, source, &(struct scene_wish){.force = force},
-                                         push, failure);
+                     : scene_source_push(session, source, wish, push, failure);
     if (!is_ok)
         return false;
     return json_object_set_new(object, "scene", json_string(push->id)) == 0 ||
@@ -307,7 +311,7 @@ bool scene_source_bring_parts(struct session *session, json_t *request, struct f
         char *scene = strdup(given); /* `given` ends where its place is taken */
         if (!scene)
             return fail_no_memory(failure);
-        bool is_ok = bring(session, scene, false, part, &push, failure);
+        bool is_ok = bring(session, scene, &(struct scene_wish){0}, part, &push, failure);
         free(scene);
         if (!is_ok)
             return false;
@@ -315,9 +319,9 @@ bool scene_source_bring_parts(struct session *session, json_t *request, struct f
     return true;
 }
 
-bool scene_source_bring(struct session *session, const char *source, bool force, json_t *request,
-                        struct scene_push *push, struct failure *failure)
+bool scene_source_bring(struct session *session, const char *source, const struct scene_wish *wish,
+                        json_t *request, struct scene_push *push, struct failure *failure)
 {
     return scene_source_bring_parts(session, request, failure) &&
-           bring(session, source, force, request, push, failure);
+           bring(session, source, wish, request, push, failure);
 }

@@ -29,6 +29,16 @@ struct scene_wish {
     bool force;        /* send it without the question whether the server has it */
 };
 
+/* The options of a command that takes a FILE or a SCENE; its options have a scene_wish `file`. */
+#define SCENE_FILE_OPTIONS(type)                                                               \
+    {                                                                                          \
+        OPTION_TEXT, "scene", 0, "NAME",                                                       \
+            "which scene of the FILE: its name, or #1, its index\n(default: the one that the " \
+            "file "                                                                            \
+            "names)",                                                                          \
+            offsetof(type, file.scene)                                                         \
+    }
+
 /* Brings the file to the server unless it is there already. A GLB is sent as it is, a .gltf with
  * all files it needs as multipart/form-data. One scene of a file is asked for by sending it. */
 bool scene_source_push(struct session *session, const char *path, const struct scene_wish *wish,
@@ -40,15 +50,16 @@ bool scene_source_push_demo(struct session *session, const char *name, struct sc
                             struct failure *failure);
 
 /* scene_source_check() for `source`, unless it is NULL or on the server, and for the scenes of the
- * parts of `request` likewise. */
-bool scene_source_check_all(const char *source, const json_t *request, struct failure *failure);
+ * parts of `request` likewise. A wish for one scene of a file needs a file. wish: NULL: none. */
+bool scene_source_check_all(const char *source, const struct scene_wish *wish,
+                            const json_t *request, struct failure *failure);
 
 /* Brings the scenes of the parts of `request` that are files, and names them by their ids. */
 bool scene_source_bring_parts(struct session *session, json_t *request, struct failure *failure);
 
 /* Makes sure that the server has what `source` names, and names it in `request` as
- * "scene"; those of its parts as well. `force` as above, for `source`. */
-bool scene_source_bring(struct session *session, const char *source, bool force, json_t *request,
-                        struct scene_push *push, struct failure *failure);
+ * "scene"; those of its parts as well. wish: of `source`, where it is a file. */
+bool scene_source_bring(struct session *session, const char *source, const struct scene_wish *wish,
+                        json_t *request, struct scene_push *push, struct failure *failure);
 
 #endif

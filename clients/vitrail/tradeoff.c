@@ -18,6 +18,7 @@ enum { POLL_MS = 250, LAST_POLLS = 40 /* after a cancel: the server ends at once
 struct tradeoff_options {
     struct common_options common;
     struct request_options request;
+    struct scene_wish file;
     const char *output;
     struct option_number time_budget_s, repeats, max_settings, reference_samples;
     bool no_images;
@@ -99,7 +100,8 @@ static bool prepare(struct measuring *measuring, struct failure *failure)
     measuring->request = request_json_build(&measuring->options->request, failure);
     if (!measuring->request || !put_options(measuring, failure))
         return false;
-    if (!scene_source_check_all(measuring->source, measuring->request, failure))
+    if (!scene_source_check_all(measuring->source, &measuring->options->file, measuring->request,
+                                failure))
         return false;
     return !measuring->options->output ||
            output_file_open(&measuring->output, measuring->options->output, failure);
@@ -109,7 +111,9 @@ static bool prepare(struct measuring *measuring, struct failure *failure)
 
 static bool bring_scene(struct measuring *measuring, bool force, struct failure *failure)
 {
-    return scene_source_bring(&measuring->session, measuring->source, force, measuring->request,
+    struct scene_wish wish = measuring->options->file;
+    wish.force = force;
+    return scene_source_bring(&measuring->session, measuring->source, &wish, measuring->request,
                               &measuring->scene, failure);
 }
 
@@ -348,6 +352,7 @@ static const struct option OPTIONS[] = {
      AT(reference_samples)},
     {OPTION_FLAG, "no-images", 0, NULL, "keep no picture of each setting for the page",
      AT(no_images)},
+    SCENE_FILE_OPTIONS(struct tradeoff_options),
     {OPTION_TEXT, "size", 0, "WxH", "in pixels; default 1280x720", AT(request.size)},
     {OPTION_TEXT, "camera", 0, "SPEC", "as of vitrail render", AT(request.camera)},
     {OPTION_LIST, "light", 0, "SPEC", "one more light, as of vitrail render", AT(request.lights)},

@@ -12,6 +12,7 @@
 struct view_options {
     struct common_options common;
     struct request_options request;
+    struct scene_wish file;
     const char *output_file, *aov;
     bool through;
 };
@@ -39,8 +40,8 @@ static bool print_from(const struct view_call *call, const char *path, const cha
 
 static bool create(const struct view_call *call, struct failure *failure)
 {
-    json_t *view =
-        view_client_make(call->session, call->subject, json_incref(call->members), failure);
+    json_t *view = view_client_make(call->session, call->subject, &call->options->file,
+                                    json_incref(call->members), failure);
 
     progress_hide(&call->session->progress);
     if (view && call->options->common.json)
@@ -133,7 +134,10 @@ static bool check(const struct verb *verb, struct view_call *call, int operands,
         return false;
     if (!verb->is_of_scene && call->subject && !view_id_is_valid(call->subject, failure))
         return false;
-    return scene_source_check_all(verb->is_of_scene ? call->subject : NULL, call->members, failure);
+    if (call->options->file.scene && !verb->is_of_scene)
+        return fail(failure, EXIT_CODE_USAGE, "--scene is for 'view create FILE'");
+    return scene_source_check_all(verb->is_of_scene ? call->subject : NULL, &call->options->file,
+                                  call->members, failure);
 }
 
 static bool view_run(void *context, const struct text_list *operands, struct failure *failure)
@@ -164,6 +168,7 @@ static const struct option OPTIONS[] = {
      "transmittance, lights, layers",
      AT(aov)},
     {OPTION_FLAG, "through", 0, NULL, "pick: every layer, nearest first", AT(through)},
+    SCENE_FILE_OPTIONS(struct view_options),
     REQUEST_VIEW_OPTIONS(struct view_options),
     {0},
 };

@@ -49,13 +49,13 @@ static bool send_json(struct session *session, const char *method, const char *p
     return is_ok;
 }
 
-json_t *view_client_make(struct session *session, const char *scene, json_t *members,
-                         struct failure *failure)
+json_t *view_client_make(struct session *session, const char *scene, const struct scene_wish *wish,
+                         json_t *members, struct failure *failure)
 {
     struct scene_push push = {0};
     struct http_reply reply = {0};
     json_t *summary = NULL;
-    if (members && scene_source_bring(session, scene, false, members, &push, failure) &&
+    if (members && scene_source_bring(session, scene, wish, members, &push, failure) &&
         send_json(session, "POST", "/v1/views", members, "the view", &reply, failure))
         summary = reply_json(&reply, "the view", failure);
     http_reply_finish(&reply);

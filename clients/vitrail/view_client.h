@@ -9,10 +9,12 @@
 
 bool view_id_is_valid(const char *text, struct failure *failure); /* 16 hexadecimal digits */
 
-/* Brings the scene (a file or an id), and makes a view of it with the members. Takes members, which
- * may be NULL after a failure. The summary is a new reference; NULL on failure. */
-json_t *view_client_make(struct session *session, const char *scene, json_t *members,
-                         struct failure *failure);
+/* Brings the scene (a file or an id), and makes a view of it with the members. wish: of a file.
+ * Takes members, which may be NULL after a failure. The summary is a new reference; NULL on
+ * failure.
+ */
+json_t *view_client_make(struct session *session, const char *scene, const struct scene_wish *wish,
+                         json_t *members, struct failure *failure);
 
 /* Borrows the patch. */
 bool view_client_patch(struct session *session, const char *id, const json_t *patch,

@@ -52,6 +52,23 @@ class UploadTest(CliTest):
         _, err = self.run_cli("push", self.scene(), self.scene(), "--scene", "Night", code=2)
         self.assertIn("--scene is for one FILE, and there are 2", err)
 
+    def test_every_command_that_takes_a_file_takes_one_scene_of_it(self):
+        for command in (("render", "-o", "a.png"), ("explain",), ("view", "create"),
+                        ("orbit", "-n", "1", "-o", "b_%d.png"), ("tradeoff",)):
+            with self.subTest(command):
+                sent = len(self.stub.sent("POST", "/v1/scenes"))
+                verbs = command[:2] if command[0] == "view" else command[:1]
+                rest = command[len(verbs):]
+                # what the stand-in server answers after the upload is no matter here
+                process = self.start(*verbs, self.scene(), *rest, "--scene", "Night")
+                process.communicate(timeout=60)
+                posts = self.stub.sent("POST", "/v1/scenes")[sent:]
+                self.assertEqual([post.path.partition("&")[2] for post in posts], ["scene=Night"])
+                _, err = self.run_cli(*verbs, "ab" * 32, *rest, "--scene", "Night", code=2)
+                self.assertIn("--scene chooses one scene of a FILE", err)
+        _, err = self.run_cli("view", "show", "--scene", "Night", code=2)
+        self.assertIn("--scene is for 'view create FILE'", err)
+
     def test_the_server_makes_the_demo_scene_and_nothing_is_sent(self):
         out, _ = self.run_cli("push", "--demo")
         self.assertEqual(out, "de" * 32 + "\n")
