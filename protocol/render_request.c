@@ -78,6 +78,7 @@ void render_request_finish(struct render_request *request)
 {
     free(request->camera.node);
     free(request->animation.name);
+    free(request->variant);
     for (size_t i = 0; i < request->highlight.node_count; i++)
         free(request->highlight.nodes[i]);
     free(request->highlight.nodes);

@@ -225,6 +225,7 @@ struct render_request {
     struct request_cut cuts[8]; /* per clip plane */
     size_t clip_plane_count;
     struct request_animation animation;
+    char *variant; /* owned; of materials: name or "#0"; NULL: as the file has them */
     struct request_highlight highlight;
     struct request_edges edges;
     double background[4]; /* linear, unassociated alpha */

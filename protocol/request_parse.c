@@ -228,6 +228,16 @@ static bool read_animation(const struct json_node *node, struct request_animatio
     return true;
 }
 
+static bool read_variant(const struct json_node *node, struct render_request *request)
+{
+    const char *text = NULL;
+    if (!json_read_name(node, &text))
+        return false;
+    if (text && !(request->variant = strdup(text)))
+        return error_set(node->err, ERROR_NO_MEMORY, "name of a variant");
+    return true;
+}
+
 static bool read_background(const struct json_node *node, double *background)
 {
     bool is_opaque = json_is_array(node->value) && json_array_size(node->value) == 3;
@@ -318,6 +328,7 @@ static bool read_members(const struct json_node *root, struct render_request *re
     struct json_node width = json_member(root, "width"), height = json_member(root, "height");
     struct json_node scene_lights = json_member(root, "scene_lights");
     struct json_node animation = json_member(root, "animation");
+    struct json_node variant = json_member(root, "variant");
     struct json_node background = json_member(root, "background");
     struct json_node exposure = json_member(root, "exposure_ev");
     struct json_node mapping = json_member(root, "tone_mapping");
@@ -329,7 +340,7 @@ static bool read_members(const struct json_node *root, struct render_request *re
         !json_read_bool(&scene_lights, &has_scene_lights) ||
         !read_background(&background, request->background) || !read_exposure(&exposure, request) ||
         !json_read_choice(&mapping, &mappings, &mapping_index) ||
-        !read_animation(&animation, &request->animation))
+        !read_animation(&animation, &request->animation) || !read_variant(&variant, request))
         return false;
     request->ignore_scene_lights = !has_scene_lights;
     request->tone_mapping = (enum request_tone_mapping)mapping_index;
@@ -337,17 +348,12 @@ static bool read_members(const struct json_node *root, struct render_request *re
 }
 
 /* Those of images first, then those that a view has, too. */
-static const char *const request_members[] = {"output",       "outputs",
-                                              "format",       "quality_percent",
-                                              "scene",        "width",
-                                              "height",       "camera",
-                                              "lights",       "scene_lights",
-                                              "overrides",    "parts",
-                                              "clip_planes",  "animation",
-                                              "background",   "exposure_ev",
-                                              "tone_mapping", "environment",
-                                              "quality",      "highlight",
-                                              "edges",        NULL};
+static const char *const request_members[] = {
+    "output",      "outputs",      "format",      "quality_percent", "scene",
+    "width",       "height",       "camera",      "lights",          "scene_lights",
+    "overrides",   "parts",        "clip_planes", "animation",       "background",
+    "exposure_ev", "tone_mapping", "environment", "quality",         "highlight",
+    "edges",       "variant",      NULL};
 enum { MEMBERS_OF_IMAGES = 4 };
 
 const char *const *request_view_members(void)

@@ -303,6 +303,7 @@ json_t *request_to_tree(const struct render_request *request)
     json_put(&writer, "parts", write_parts(request));
     json_put(&writer, "clip_planes", write_clip_planes(request));
     json_put(&writer, "animation", write_animation(&request->animation));
+    json_put_text_or_null(&writer, "variant", request->variant);
     json_put(&writer, "highlight", write_highlight(&request->highlight));
     json_put(&writer, "edges", write_edges(&request->edges));
     json_put_numbers(&writer, "background", request->background, 4);

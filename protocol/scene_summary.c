@@ -12,8 +12,8 @@
 #include "protocol/limits.h"
 #include "protocol/utf8.h"
 
-/* Twelve full lists of names at LIMIT_NAME_BYTES, each byte escaped as \u001f, and numbers. */
-enum { SUMMARY_JSON_BYTES_MAX = 352 << 20 };
+/* Thirteen full lists of names at LIMIT_NAME_BYTES, each byte escaped as \u001f, and numbers. */
+enum { SUMMARY_JSON_BYTES_MAX = 384 << 20 };
 
 static const char *light_type_name(int type)
 {
@@ -142,6 +142,7 @@ void scene_summary_finish(struct scene_summary *summary)
     name_list_finish(&summary->materials);
     name_list_finish(&summary->node_names);
     name_list_finish(&summary->file_scenes);
+    name_list_finish(&summary->variants);
     name_list_finish(&summary->extensions_used);
     name_list_finish(&summary->extensions_ignored);
     name_list_finish(&summary->warnings);
@@ -176,6 +177,7 @@ static const struct count_member count_members[] = {
     {"light_count", offsetof(struct scene_summary, light_count)},
     {"camera_count", offsetof(struct scene_summary, camera_count)},
     {"animation_count", offsetof(struct scene_summary, animation_count)},
+    {"variant_count", offsetof(struct scene_summary, variant_count)},
     {"file_scene_count", offsetof(struct scene_summary, file_scene_count)},
 };
 enum { COUNT_MEMBERS = sizeof count_members / sizeof *count_members };
@@ -270,6 +272,7 @@ json_t *scene_summary_to_json(const struct scene_summary *summary)
     json_put(&writer, "cameras", write_items(summary->cameras, summary->camera_list_count));
     json_put(&writer, "animations", write_animations(summary));
     json_put(&writer, "node_names", write_names(&summary->node_names));
+    json_put(&writer, "variants", write_names(&summary->variants));
     json_put(&writer, "file_scenes", write_names(&summary->file_scenes));
     if (summary->file_scene_count > 0)
         json_put_integer(&writer, "file_scene", summary->file_scene);
@@ -413,6 +416,7 @@ static bool read_summary(const struct json_node *root, struct scene_summary *sum
     struct json_node materials = json_member(root, "materials");
     struct json_node node_names = json_member(root, "node_names");
     struct json_node file_scenes = json_member(root, "file_scenes");
+    struct json_node variants = json_member(root, "variants");
     struct json_node file_scene = json_member(root, "file_scene");
     struct json_node lights = json_member(root, "lights"), cameras = json_member(root, "cameras");
     struct json_node animations = json_member(root, "animations");
@@ -428,6 +432,7 @@ static bool read_summary(const struct json_node *root, struct scene_summary *sum
            read_names(&materials, &summary->materials) &&
            read_names(&node_names, &summary->node_names) &&
            read_names(&file_scenes, &summary->file_scenes) &&
+           read_names(&variants, &summary->variants) &&
            json_read_uint64(&file_scene, &summary->file_scene) &&
            read_list(&lights, read_light, summary) && read_list(&cameras, read_camera, summary) &&
            read_list(&animations, read_animation, summary) && read_parts(root, summary) &&

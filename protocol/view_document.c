@@ -270,7 +270,8 @@ static const char *kind_name(enum view_name_kind kind)
 {
     static const char *const names[] = {[VIEW_NAME_NODE] = "node",
                                         [VIEW_NAME_MATERIAL] = "material",
-                                        [VIEW_NAME_ANIMATION] = "animation"};
+                                        [VIEW_NAME_ANIMATION] = "animation",
+                                        [VIEW_NAME_VARIANT] = "variant"};
     return names[kind];
 }
 
@@ -336,6 +337,22 @@ static bool check_parts(json_t *members, const struct view_names *names, struct 
     return true;
 }
 
+/* Of parts, too, whose variants are known when the view is rendered. */
+static bool check_variant(const struct view_document *document, const json_t *members,
+                          const struct view_names *names, struct error *err)
+{
+    const char *variant = json_string_value(json_object_get(members, "variant"));
+    json_t *parts = json_object_get(members, "parts");
+    char list[160];
+    if (!variant || view_names_may_have(names, VIEW_NAME_VARIANT, variant) ||
+        json_object_size(parts) > 0 ||
+        json_object_size(json_object_get(document->members, "parts")) > 0)
+        return true;
+    view_names_list(names, VIEW_NAME_VARIANT, list, sizeof list);
+    return error_set_at(err, ERROR_NOT_FOUND, "/variant", "the scene has no variant '%.60s'%s%s",
+                        variant, list[0] ? ", but " : ": it has none", list);
+}
+
 static bool check_names(const struct view_document *document, json_t *members,
                         const struct view_names *names, struct error *err)
 {
@@ -346,7 +363,7 @@ static bool check_names(const struct view_document *document, json_t *members,
         json_string_value(json_object_get(json_object_get(members, "animation"), "name"));
     if (!names)
         return true;
-    if (!check_parts(members, names, err))
+    if (!check_parts(members, names, err) || !check_variant(document, members, names, err))
         return false;
     if (node && !may_have(document, members, names, VIEW_NAME_NODE, node))
         return error_set_at(err, ERROR_NOT_FOUND, "/camera/node", "the scene has no node '%.200s'",
@@ -475,7 +492,8 @@ static void install(struct view_document *document, json_t *canonical, json_t *p
         }
     }
     if (json_object_get(patch, "overrides") || json_object_get(patch, "clip_planes") ||
-        json_object_get(patch, "animation") || json_object_get(patch, "parts"))
+        json_object_get(patch, "animation") || json_object_get(patch, "parts") ||
+        json_object_get(patch, "variant"))
         document->shape++;
 }
 

@@ -3,6 +3,7 @@
 #include "protocol/view_names.h"
 
 #include <ctype.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "protocol/scene_summary.h"
@@ -50,7 +51,9 @@ struct view_names *view_names_create(json_t *summary, struct error *err)
         fill(&names->sets[VIEW_NAME_MATERIAL], json_object_get(summary, "materials"),
              number(summary, "material_count")) &&
         fill(&names->sets[VIEW_NAME_ANIMATION], json_object_get(summary, "animations"),
-             number(summary, "animation_count")))
+             number(summary, "animation_count")) &&
+        fill(&names->sets[VIEW_NAME_VARIANT], json_object_get(summary, "variants"),
+             number(summary, "variant_count")))
         return names;
     view_names_destroy(names);
     error_set(err, ERROR_NO_MEMORY, "names of a scene");
@@ -81,4 +84,20 @@ bool view_names_may_have(const struct view_names *names, enum view_name_kind kin
 bool view_names_has(const struct view_names *names, enum view_name_kind kind, const char *name)
 {
     return json_object_get(names->sets[kind].keys, name);
+}
+
+void view_names_list(const struct view_names *names, enum view_name_kind kind, char *text,
+                     size_t size_bytes)
+{
+    const char *name;
+    json_t *value;
+    size_t length = 0;
+    text[0] = '\0';
+    json_object_foreach(names->sets[kind].keys, name, value)
+    {
+        length += (size_t)snprintf(text + length, size_bytes - length, "%s'%s'", length ? ", " : "",
+                                   name);
+        if (length >= size_bytes)
+            break;
+    }
 }

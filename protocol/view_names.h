@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The names of a scene's nodes, materials and animations, to find edits of what is not there.
- * Thread: any, once it is made. */
+/* The names of a scene's nodes, materials, animations and variants, to find edits of what is not
+ * there. Thread: any, once it is made. */
 #ifndef VITRAIL_PROTOCOL_VIEW_NAMES_H
 #define VITRAIL_PROTOCOL_VIEW_NAMES_H
 
@@ -21,6 +21,7 @@ enum view_name_kind {
     VIEW_NAME_NODE,
     VIEW_NAME_MATERIAL,
     VIEW_NAME_ANIMATION,
+    VIEW_NAME_VARIANT,
     VIEW_NAME_KIND_COUNT
 };
 
@@ -30,5 +31,9 @@ bool view_names_may_have(const struct view_names *names, enum view_name_kind kin
 
 /* True only when the scene certainly has something of that name. */
 bool view_names_has(const struct view_names *names, enum view_name_kind kind, const char *name);
+
+/* The names as 'A', 'B', as many as there is room for; "" where there are none. */
+void view_names_list(const struct view_names *names, enum view_name_kind kind, char *text,
+                     size_t size_bytes);
 
 #endif

@@ -230,6 +230,8 @@ struct view {
     bool is_animated;      /* false: the scene stands as its nodes say */
     const char *animation; /* name, or "#0" for index 0; borrowed; NULL: all, in file order */
     double animation_time_s;
+    const char *variant; /* of materials: name, or "#0" for index 0; borrowed; NULL: as the
+                            primitives say */
     float background[4]; /* linear, unassociated alpha; 0 = transparent black */
     struct view_screen screen;
     struct view_quality quality;

@@ -22,6 +22,7 @@ export const DEFAULTS = Object.freeze({
   tone_mapping: "neutral",
   quality: {},
   animation: null,
+  variant: null,
   edges: null,
 });
 

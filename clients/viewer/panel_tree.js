@@ -2,7 +2,7 @@
 // The nodes of the scene as a tree: find, select, hide, show. Rows have one height, and only those
 // in sight are in the page, so that assemblies of tens of thousands of parts stay quick.
 import { button, count, el, icon } from "./dom.js";
-import { empty } from "./fields.js";
+import { empty, selectField } from "./fields.js";
 import { refill } from "./docks.js";
 import { Rows } from "./rows.js";
 
@@ -38,7 +38,10 @@ export class TreePanel {
       headPx: () => this.rows.offsetTop });
     model.addEventListener("scene", () => this.#read());
     model.addEventListener("parts", () => this.#read(true));
-    model.addEventListener("edit", () => this.#draw());
+    model.addEventListener("edit", () => {
+      this.variant?.set(this.model.view.variant ?? "");
+      this.#draw();
+    });
     model.addEventListener("select", () => this.#reveal());
     this.#read();
   }
@@ -72,8 +75,22 @@ export class TreePanel {
     refill(this.panel, el("div", { class: "tree-head" }, this.search,
       button({ text: "Show all", onclick: () => this.model.showAll() }),
       button({ label: "Add a part from another scene", icon: "add", onclick: () => this.addPart() }),
-      this.note), this.rows);
+      this.note), this.#variants(), this.rows);
     this.#list();
+  }
+
+  /** Which of the file's variants of materials shows; nothing where it has none. */
+  #variants() {
+    const names = this.model.scene?.variants ?? [];
+    this.variant = null;
+    if (!names.length) return null;
+    this.variant = selectField({ label: "Materials", value: this.model.view.variant ?? "",
+      options: [["", "As in the file"], ...names.map((name, i) =>
+        (name && names.indexOf(name) === i ? [name, name] : [`#${i}`, name || `Variant ${i + 1}`]))],
+      onchange: (value) => this.model.edit("Variant of materials", (view) => {
+        view.variant = value || null;
+      }) });
+    return this.variant.row;
   }
 
   /** Opens the way to the selected node and scrolls to it. */

@@ -240,6 +240,7 @@ static bool put_view(json_t *root, const struct request_options *options, struct
         !put(root, "environment", environment_spec_parse(options->environment, failure), failure))
         return false;
     return put_size(root, options->size, failure) && put_animation(root, options, failure) &&
+           put_text(root, "variant", options->variant, failure) &&
            put_text(root, "tone_mapping", options->tone_mapping, failure) &&
            put_text(root, "format", options->format, failure) &&
            put_exposure(root, options->exposure, failure);

@@ -18,7 +18,7 @@
 struct request_options {
     const char *base_path; /* --request */
     const char *size, *camera, *background, *environment, *format;
-    const char *animation; /* a name */
+    const char *animation, *variant; /* names */
     const char *edges;
     const char *shadows, *transparency, *light_lists, *blend_filter, *tone_mapping;
     const char *exposure; /* a number, or "auto" */
@@ -49,58 +49,60 @@ struct request_options {
         OPTION_##kind, name, 0, argument, help, offsetof(owner, request.member) \
     }
 /* What frames and views have in common, but for the camera. */
-#define REQUEST_LOOK_OPTIONS(owner)                                                               \
-    REQUEST_OPTION(owner, TEXT, "size", "WxH", "in pixels; default 1280x720", size),              \
-        REQUEST_OPTION(owner, LIST, "light", "SPEC", "one more light, see below", lights),        \
-        REQUEST_OPTION(owner, FLAG, "no-scene-lights", NULL, "leave the lights of the scene out", \
-                       no_scene_lights),                                                          \
-        REQUEST_OPTION(owner, LIST, "clip", "SPEC", "one more clip plane, see below", clips),     \
-        REQUEST_OPTION(owner, LIST, "part", "SPEC",                                               \
-                       "one more part: another scene in this one, see below", parts),             \
-        REQUEST_OPTION(owner, LIST, "highlight", "NODE", "outline this node, and all below it",   \
-                       highlights),                                                               \
-        REQUEST_OPTION(owner, TEXT, "edges", "SPEC", "draw feature edges, see below", edges),     \
-        REQUEST_OPTION(owner, TEXT, "environment", "SKY:GROUND",                                  \
-                       "light from all around, in nits; numbers or r,g,b", environment),          \
-        REQUEST_OPTION(owner, TEXT, "background", "R,G,B,A", "linear; default transparent",       \
-                       background),                                                               \
-        REQUEST_OPTION(owner, NUMBER, "time", "S",                                                \
-                       "animate: the scene at this time of its animations, in seconds", time_s),  \
-        REQUEST_OPTION(owner, TEXT, "animation", "NAME", "animate: this one only; default all",   \
-                       animation),                                                                \
-        REQUEST_OPTION(owner, TEXT, "exposure", "EV", "in stops, or auto; default 0", exposure),  \
-        REQUEST_OPTION(owner, TEXT, "tone-mapping", "NAME", "neutral, none, agx or aces",         \
-                       tone_mapping),                                                             \
-        REQUEST_OPTION(owner, TEXT, "shadows", "NAME", SHADOW_TECHNIQUE_NAMES, shadows),          \
-        REQUEST_OPTION(                                                                           \
-            owner, NUMBER, "shadow-resolution", "N",                                              \
-            "texels per side; default " QUALITY_DEFAULT_TEXT(SHADOW_RESOLUTION_DEFAULT),          \
-            shadow_resolution),                                                                   \
-        REQUEST_OPTION(owner, NUMBER, "shadow-compression", "E",                                  \
-                       "deep: error of compressed lists, 0.001 to 0.5", shadow_compression),      \
-        REQUEST_OPTION(owner, NUMBER, "shadow-prefilter", "K",                                    \
-                       "deep: K x K rays averaged per texel, 1 to 4", shadow_prefilter),          \
-        REQUEST_OPTION(owner, NUMBER, "shadow-fallback", "E",                                     \
-                       "deep: error of lists that the budget has no room for", shadow_fallback),  \
-        REQUEST_OPTION(owner, NUMBER, "samples", "N",                                             \
-                       "per pixel: 1 or 4; raytraced: also 16, 64, 256", samples),                \
-        REQUEST_OPTION(owner, FLAG, "reference", NULL,                                            \
-                       "the ray-traced ground truth, in double precision", reference),            \
-        REQUEST_OPTION(owner, NUMBER, "area-samples", "N",                                        \
-                       "per area light and point: 1 to 4096; default " QUALITY_DEFAULT_TEXT(      \
-                           AREA_SAMPLES_DEFAULT),                                                 \
-                       area_samples),                                                             \
-        REQUEST_OPTION(owner, TEXT, "light-lists", "NAME", "auto, clustered, linked",             \
-                       light_lists),                                                              \
-        REQUEST_OPTION(owner, TEXT, "transparency", "NAME", TRANSPARENCY_NAMES, transparency),    \
-        REQUEST_OPTION(owner, TEXT, "blend-filter", "NAME", "tint, coverage, kim", blend_filter), \
-        REQUEST_OPTION(owner, NUMBER, "max-error", "E", "the largest error that is acceptable",   \
-                       max_error),                                                                \
-        REQUEST_OPTION(owner, NUMBER, "budget-ms", "B", "the longest time a frame may take",      \
-                       budget_ms),                                                                \
-        REQUEST_OPTION(owner, TEXT, "request", "FILE",                                            \
-                       "a whole request as JSON; the options go over it", base_path),             \
-        REQUEST_OPTION(owner, LIST, "set", "POINTER=JSON",                                        \
+#define REQUEST_LOOK_OPTIONS(owner)                                                                \
+    REQUEST_OPTION(owner, TEXT, "size", "WxH", "in pixels; default 1280x720", size),               \
+        REQUEST_OPTION(owner, LIST, "light", "SPEC", "one more light, see below", lights),         \
+        REQUEST_OPTION(owner, FLAG, "no-scene-lights", NULL, "leave the lights of the scene out",  \
+                       no_scene_lights),                                                           \
+        REQUEST_OPTION(owner, LIST, "clip", "SPEC", "one more clip plane, see below", clips),      \
+        REQUEST_OPTION(owner, LIST, "part", "SPEC",                                                \
+                       "one more part: another scene in this one, see below", parts),              \
+        REQUEST_OPTION(owner, LIST, "highlight", "NODE", "outline this node, and all below it",    \
+                       highlights),                                                                \
+        REQUEST_OPTION(owner, TEXT, "edges", "SPEC", "draw feature edges, see below", edges),      \
+        REQUEST_OPTION(owner, TEXT, "environment", "SKY:GROUND",                                   \
+                       "light from all around, in nits; numbers or r,g,b", environment),           \
+        REQUEST_OPTION(owner, TEXT, "background", "R,G,B,A", "linear; default transparent",        \
+                       background),                                                                \
+        REQUEST_OPTION(owner, NUMBER, "time", "S",                                                 \
+                       "animate: the scene at this time of its animations, in seconds", time_s),   \
+        REQUEST_OPTION(owner, TEXT, "animation", "NAME", "animate: this one only; default all",    \
+                       animation),                                                                 \
+        REQUEST_OPTION(owner, TEXT, "variant", "NAME", "of materials, of those that the file has", \
+                       variant),                                                                   \
+        REQUEST_OPTION(owner, TEXT, "exposure", "EV", "in stops, or auto; default 0", exposure),   \
+        REQUEST_OPTION(owner, TEXT, "tone-mapping", "NAME", "neutral, none, agx or aces",          \
+                       tone_mapping),                                                              \
+        REQUEST_OPTION(owner, TEXT, "shadows", "NAME", SHADOW_TECHNIQUE_NAMES, shadows),           \
+        REQUEST_OPTION(                                                                            \
+            owner, NUMBER, "shadow-resolution", "N",                                               \
+            "texels per side; default " QUALITY_DEFAULT_TEXT(SHADOW_RESOLUTION_DEFAULT),           \
+            shadow_resolution),                                                                    \
+        REQUEST_OPTION(owner, NUMBER, "shadow-compression", "E",                                   \
+                       "deep: error of compressed lists, 0.001 to 0.5", shadow_compression),       \
+        REQUEST_OPTION(owner, NUMBER, "shadow-prefilter", "K",                                     \
+                       "deep: K x K rays averaged per texel, 1 to 4", shadow_prefilter),           \
+        REQUEST_OPTION(owner, NUMBER, "shadow-fallback", "E",                                      \
+                       "deep: error of lists that the budget has no room for", shadow_fallback),   \
+        REQUEST_OPTION(owner, NUMBER, "samples", "N",                                              \
+                       "per pixel: 1 or 4; raytraced: also 16, 64, 256", samples),                 \
+        REQUEST_OPTION(owner, FLAG, "reference", NULL,                                             \
+                       "the ray-traced ground truth, in double precision", reference),             \
+        REQUEST_OPTION(owner, NUMBER, "area-samples", "N",                                         \
+                       "per area light and point: 1 to 4096; default " QUALITY_DEFAULT_TEXT(       \
+                           AREA_SAMPLES_DEFAULT),                                                  \
+                       area_samples),                                                              \
+        REQUEST_OPTION(owner, TEXT, "light-lists", "NAME", "auto, clustered, linked",              \
+                       light_lists),                                                               \
+        REQUEST_OPTION(owner, TEXT, "transparency", "NAME", TRANSPARENCY_NAMES, transparency),     \
+        REQUEST_OPTION(owner, TEXT, "blend-filter", "NAME", "tint, coverage, kim", blend_filter),  \
+        REQUEST_OPTION(owner, NUMBER, "max-error", "E", "the largest error that is acceptable",    \
+                       max_error),                                                                 \
+        REQUEST_OPTION(owner, NUMBER, "budget-ms", "B", "the longest time a frame may take",       \
+                       budget_ms),                                                                 \
+        REQUEST_OPTION(owner, TEXT, "request", "FILE",                                             \
+                       "a whole request as JSON; the options go over it", base_path),              \
+        REQUEST_OPTION(owner, LIST, "set", "POINTER=JSON",                                         \
                        "any member, such as /quality/shadow_taps=9", settings)
 /* All of a view. */
 #define REQUEST_VIEW_OPTIONS(owner)                                                               \

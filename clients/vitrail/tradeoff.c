@@ -367,6 +367,7 @@ static const struct option OPTIONS[] = {
      AT(request.background)},
     {OPTION_NUMBER, "time", 0, "S", "animate, as of vitrail render", AT(request.time_s)},
     {OPTION_TEXT, "animation", 0, "NAME", "animate, as of vitrail render", AT(request.animation)},
+    {OPTION_TEXT, "variant", 0, "NAME", "of materials, as of vitrail render", AT(request.variant)},
     {OPTION_TEXT, "exposure", 0, "EV", "in stops, or auto; default 0", AT(request.exposure)},
     {OPTION_TEXT, "shadows", 0, "NAME", "measure this technique alone", AT(request.shadows)},
     {OPTION_NUMBER, "shadow-resolution", 0, "N", "measure this resolution alone",

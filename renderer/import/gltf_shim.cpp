@@ -25,11 +25,12 @@ namespace
 struct holder {
     gltf_document document; // first: gltf_document_destroy casts back
     tinygltf::Model model;
-    std::vector<const char *> used, required;
+    std::vector<const char *> used, required, variants;
     std::vector<gltf_buffer_view> views;
     std::vector<gltf_accessor> accessors;
     std::vector<std::vector<gltf_primitive>> primitives;
-    std::vector<std::vector<gltf_target>> targets; // per primitive
+    std::vector<std::vector<gltf_target>> targets;           // per primitive
+    std::vector<std::vector<gltf_variant_mapping>> mappings; // per primitive
     std::vector<gltf_mesh> meshes;
     std::vector<gltf_node> nodes;
     std::vector<gltf_scene> scenes;
@@ -39,6 +40,7 @@ struct holder {
     std::vector<gltf_light> lights;
     std::vector<gltf_camera> cameras;
     std::vector<std::vector<double>> numbers; // arrays that came out of extensions and extras
+    std::vector<std::vector<int>> integers;   // likewise
 };
 
 bool refuse_exists(const std::string &, void *)
@@ -336,6 +338,40 @@ int attribute_of(const std::map<std::string, int> &attributes, const char *name)
     return found == attributes.end() ? -1 : found->second;
 }
 
+size_t array_length(const tinygltf::Value *value)
+{
+    return value && value->IsArray() ? value->ArrayLen() : 0;
+}
+
+void convert_variants(holder &h)
+{
+    const tinygltf::Value *list =
+        member(extension(h.model.extensions, "KHR_materials_variants"), "variants");
+    for (size_t i = 0; i < array_length(list); i++)
+        h.variants.push_back(text(&list->Get(int(i)), "name", ""));
+}
+
+void convert_mappings(holder &h, const tinygltf::Primitive &p, gltf_primitive &out)
+{
+    const tinygltf::Value *list =
+        member(extension(p.extensions, "KHR_materials_variants"), "mappings");
+    std::vector<gltf_variant_mapping> mappings;
+    for (size_t i = 0; i < array_length(list); i++) {
+        const tinygltf::Value *variants = member(&list->Get(int(i)), "variants");
+        std::vector<int> indices;
+        for (size_t k = 0; k < array_length(variants); k++) {
+            const tinygltf::Value &variant = variants->Get(int(k));
+            indices.push_back(variant.IsInt() ? variant.GetNumberAsInt() : -1);
+        }
+        h.integers.push_back(std::move(indices));
+        mappings.push_back(
+            {integer(&list->Get(int(i)), "material", -1), indices_of(h.integers.back())});
+    }
+    h.mappings.push_back(std::move(mappings));
+    out.mappings = h.mappings.back().data();
+    out.mapping_count = h.mappings.back().size();
+}
+
 gltf_primitive convert_primitive(holder &h, const tinygltf::Primitive &p)
 {
     gltf_primitive out = {};
@@ -351,6 +387,7 @@ gltf_primitive convert_primitive(holder &h, const tinygltf::Primitive &p)
     out.material = p.material;
     out.mode = p.mode;
     out.target_count = p.targets.size();
+    convert_mappings(h, p, out);
     out.has_more_joints = attribute_of(p.attributes, "JOINTS_2") != -1;
     const tinygltf::Value *draco = extension(p.extensions, "KHR_draco_mesh_compression");
     out.is_draco = draco != nullptr;
@@ -440,6 +477,7 @@ void convert(holder &h)
         h.required.push_back(name.c_str());
     for (const tinygltf::BufferView &v : m.bufferViews)
         h.views.push_back({v.buffer, v.byteOffset, v.byteLength, v.byteStride, meshopt_of(v)});
+    convert_variants(h);
     for (const tinygltf::Accessor &a : m.accessors)
         convert_accessor(h, a);
     convert_meshes(h);
@@ -466,6 +504,8 @@ void publish(holder &h)
     d.extension_used_count = h.used.size();
     d.extensions_required = h.required.data();
     d.extension_required_count = h.required.size();
+    d.variants = h.variants.data();
+    d.variant_count = h.variants.size();
     d.views = h.views.data();
     d.view_count = h.views.size();
     d.accessors = h.accessors.data();

@@ -82,11 +82,19 @@ struct gltf_target { /* of morphing: accessors of differences */
     int position, normal, tangent;
 };
 
+/* Of KHR_materials_variants: the material that a primitive has under some variants. */
+struct gltf_variant_mapping {
+    int material;
+    struct gltf_indices variants; /* -1 for what is no index */
+};
+
 struct gltf_primitive {
     int attributes[GLTF_ATTRIBUTE_COUNT]; /* accessors */
     int indices, material, mode;
     const struct gltf_target *targets;
     size_t target_count;
+    const struct gltf_variant_mapping *mappings;
+    size_t mapping_count;
     bool has_more_joints;                       /* JOINTS_2 */
     bool is_draco;                              /* carries KHR_draco_mesh_compression */
     int draco_view;                             /* buffer view of its stream */
@@ -197,6 +205,8 @@ struct gltf_document {
     size_t extension_used_count;
     const char *const *extensions_required;
     size_t extension_required_count;
+    const char *const *variants; /* names of KHR_materials_variants; "" without one */
+    size_t variant_count;
     const struct gltf_buffer_view *views;
     size_t view_count;
     const struct gltf_accessor *accessors;

@@ -188,11 +188,11 @@ static bool import_all(struct importer *importer, const struct scene_import_desc
     if (!blob_writer_init(&importer->writer, max_bytes, err) || !open_document(importer, desc, err))
         return false;
     return list_extensions(importer, err) && import_materials(importer, err) &&
-           import_textures(importer, err) && import_lights(importer, err) &&
-           import_cameras(importer, err) && import_hierarchy(importer, err) &&
-           import_meshes(importer, err) && import_nodes(importer, err) &&
-           import_skins(importer, err) && import_animations(importer, err) &&
-           list_warnings(importer, err);
+           import_variants(importer, err) && import_textures(importer, err) &&
+           import_lights(importer, err) && import_cameras(importer, err) &&
+           import_hierarchy(importer, err) && import_meshes(importer, err) &&
+           import_nodes(importer, err) && import_skins(importer, err) &&
+           import_animations(importer, err) && list_warnings(importer, err);
 }
 
 static void importer_finish(struct importer *importer)

@@ -453,6 +453,18 @@ static bool append_optionals(struct importer *importer, struct shape *shape, str
 
 /* ---- primitives and meshes ---- */
 
+/* Those that the material asks for. */
+static bool lacks_texcoords(const struct gltf_primitive *from, const struct scene_material *m)
+{
+    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
+        const struct scene_texture_ref *ref = &m->textures[slot];
+        enum gltf_attribute set = ref->texcoord ? GLTF_TEXCOORD_1 : GLTF_TEXCOORD_0;
+        if (ref->texture >= 0 && from->attributes[set] == -1)
+            return true;
+    }
+    return false;
+}
+
 static bool choose_material(struct importer *importer, struct shape *shape, struct error *err)
 {
     const struct blob_section *materials = &importer->writer.sections[SCENE_MATERIALS];
@@ -460,16 +472,14 @@ static bool choose_material(struct importer *importer, struct shape *shape, stru
     if (material < -1 || material >= (int64_t)importer->document->material_count)
         return error_set(err, ERROR_INVALID_SCENE, "there is no material %d", material);
     shape->out.material = material == -1 ? (uint32_t)materials->count - 1 : (uint32_t)material;
-    const struct scene_material *record = materials->records;
-    record += shape->out.material;
-    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
-        const struct scene_texture_ref *ref = &record->textures[slot];
-        enum gltf_attribute set = ref->texcoord ? GLTF_TEXCOORD_1 : GLTF_TEXCOORD_0;
-        if (ref->texture >= 0 && shape->from->attributes[set] == -1) {
-            importer->missing_texcoords++;
-            break;
-        }
+    const struct scene_material *records = materials->records;
+    bool is_missing = lacks_texcoords(shape->from, &records[shape->out.material]);
+    for (size_t i = 0; i < shape->from->mapping_count && !is_missing; i++) {
+        material = shape->from->mappings[i].material;
+        is_missing = material >= 0 && (size_t)material < importer->document->material_count &&
+                     lacks_texcoords(shape->from, &records[material]);
     }
+    importer->missing_texcoords += is_missing;
     return true;
 }
 
@@ -546,7 +556,7 @@ static bool append_shape(struct importer *importer, struct shape *shape, struct 
     if (!record)
         return false;
     *record = shape->out;
-    return true;
+    return import_variant_materials(importer, shape->from, err);
 }
 
 static bool import_primitive(struct importer *importer, const struct gltf_primitive *from,

@@ -70,6 +70,7 @@ MUST_CHECK bool import_rest_bounds(struct scene_header *header, const struct sce
  * and deformations; nodes also the bounds and counts of the header; skins also joints, deformed
  * nodes and their weights; animations also poses, channels and keys. */
 MUST_CHECK bool import_materials(struct importer *importer, struct error *err);
+MUST_CHECK bool import_variants(struct importer *importer, struct error *err);
 MUST_CHECK bool import_textures(struct importer *importer, struct error *err);
 MUST_CHECK bool import_lights(struct importer *importer, struct error *err);
 MUST_CHECK bool import_cameras(struct importer *importer, struct error *err);
@@ -78,6 +79,10 @@ MUST_CHECK bool import_meshes(struct importer *importer, struct error *err);
 MUST_CHECK bool import_nodes(struct importer *importer, struct error *err);
 MUST_CHECK bool import_skins(struct importer *importer, struct error *err);
 MUST_CHECK bool import_animations(struct importer *importer, struct error *err);
+
+/* The materials that the variants give to the primitive appended last. */
+MUST_CHECK bool import_variant_materials(struct importer *importer,
+                                         const struct gltf_primitive *from, struct error *err);
 
 /* Translation, rotation and scale of a node without a matrix, into a zeroed pose. */
 MUST_CHECK bool import_pose(const struct gltf_node *node, struct scene_pose *pose,

@@ -43,6 +43,7 @@ static struct view without_pointers(const struct view *view)
     struct view copy = *view;
     copy.camera.node = NULL;
     copy.animation = NULL;
+    copy.variant = NULL;
     copy.parts = NULL;
     copy.lights = NULL;
     copy.nodes = NULL;
@@ -81,6 +82,7 @@ struct content_key view_placement_key(const char *scene_key, const struct view *
     content_key_add_text(&key, scene_key);
     content_key_add(&key, &own, sizeof own);
     content_key_add_text(&key, view->animation);
+    content_key_add_text(&key, view->variant);
     add_parts(&key, view);
     add_nodes(&key, view);
     return key;
@@ -93,6 +95,7 @@ struct content_key view_state_key(const char *scene_key, const struct view *view
     content_key_add_text(&key, scene_key);
     content_key_add(&key, &own, sizeof own);
     content_key_add_text(&key, view->animation);
+    content_key_add_text(&key, view->variant);
     add_parts(&key, view);
     add_nodes(&key, view);
     add_materials(&key, view);

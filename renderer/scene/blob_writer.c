@@ -40,6 +40,8 @@ static const size_t record_bytes[SCENE_SECTION_COUNT] = {
     [SCENE_DELTAS] = sizeof(struct scene_delta),
     [SCENE_DEFORMED_NODES] = sizeof(struct scene_deformed_node),
     [SCENE_TARGET_WEIGHTS] = sizeof(float),
+    [SCENE_VARIANTS] = sizeof(uint32_t),
+    [SCENE_VARIANT_MATERIALS] = sizeof(struct scene_variant_material),
 };
 
 size_t blob_record_bytes(enum scene_section section)

@@ -120,6 +120,9 @@ static bool open_sections(struct scene *scene, uint64_t memory_bytes, struct err
     scene->animations = open_records(&o, SCENE_ANIMATIONS, &scene->animation_count);
     scene->channels = open_records(&o, SCENE_CHANNELS, &scene->channel_count);
     scene->keys = open_records(&o, SCENE_KEYS, &scene->key_count);
+    scene->variants = open_records(&o, SCENE_VARIANTS, &scene->variant_count);
+    scene->variant_materials =
+        open_records(&o, SCENE_VARIANT_MATERIALS, &scene->variant_material_count);
     open_deformations(&o, scene);
     if (o.has_failed)
         return false;
@@ -300,6 +303,17 @@ static bool is_material(const struct scene *scene, const struct scene_material *
            m->flags <=
                (SCENE_MATERIAL_DOUBLE_SIDED | SCENE_MATERIAL_UNLIT | SCENE_MATERIAL_SPECULAR) &&
            is_text(scene, m->name);
+}
+
+static bool check_variants(const struct scene *scene, struct error *err)
+{
+    for (uint32_t i = 0; i < scene->variant_material_count; i++) {
+        const struct scene_variant_material *v = &scene->variant_materials[i];
+        if (v->variant >= scene->variant_count || v->primitive >= scene->primitive_count ||
+            v->material >= scene->material_count || (i > 0 && v->primitive < v[-1].primitive))
+            return blob_refuse(err, "material of a variant", i);
+    }
+    return true;
 }
 
 static bool is_filter(uint32_t filter, bool is_min)
@@ -485,9 +499,10 @@ static bool open_blob(struct scene *scene, const void *blob, size_t size_bytes, 
         check_lines(scene, scene->extensions_used, scene->extension_used_count, err) &&
         check_lines(scene, scene->extensions_ignored, scene->extension_ignored_count, err) &&
         check_lines(scene, scene->warnings, scene->warning_count, err) &&
+        check_lines(scene, scene->variants, scene->variant_count, err) &&
         check_hierarchy(scene, err) && check_primitives(scene, err) && check_surfaces(scene, err) &&
-        check_lights_and_cameras(scene, err) && scene_check_deformations(scene, err) &&
-        check_animations(scene, err);
+        check_variants(scene, err) && check_lights_and_cameras(scene, err) &&
+        scene_check_deformations(scene, err) && check_animations(scene, err);
     if (!is_good)
         memset(scene, 0, sizeof *scene);
     return is_good;
@@ -561,6 +576,14 @@ int32_t scene_find_animation(const struct scene *scene, const char *name)
         if (strcmp(scene->strings + scene->animations[i].name, name) == 0)
             return (int32_t)i;
     return index_from_name(name, scene->animation_count);
+}
+
+int32_t scene_find_variant(const struct scene *scene, const char *name)
+{
+    for (uint32_t i = 0; i < scene->variant_count; i++)
+        if (strcmp(scene->strings + scene->variants[i], name) == 0)
+            return (int32_t)i;
+    return index_from_name(name, scene->variant_count);
 }
 
 bool scene_material_attenuates(const struct scene_material *m)

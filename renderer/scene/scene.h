@@ -78,8 +78,13 @@ struct scene {
     uint32_t deformed_node_count;
     const float *target_weights;
     uint32_t target_weight_count;
-    /* Of a composed scene, else NULL and 0. Its vertices, indices, pixels, animations and
-     * deformations are those of its parts; the members of that name are those of the base alone. */
+    const uint32_t *variants; /* names */
+    uint32_t variant_count;
+    const struct scene_variant_material *variant_materials;
+    uint32_t variant_material_count;
+    /* Of a composed scene, else NULL and 0. Its vertices, indices, pixels, animations,
+     * deformations and variants are those of its parts; the members of that name are those of the
+     * base alone. */
     const struct scene_part *parts;
     uint32_t part_count;
 };
@@ -117,12 +122,13 @@ static inline const uint8_t *scene_image_pixels(const struct scene *scene,
     return from->pixels + image->offset_bytes;
 }
 
-/* Node, material or animation by exact name, first match in file order; -1 when there is none.
- * "#12" means index 12, "PART/#12" the one that has it in that part. Animations: of the scene
- * itself, not of its parts. */
+/* Node, material, animation or variant by exact name, first match in file order; -1 when there is
+ * none. "#12" means index 12, "PART/#12" the one that has it in that part. Animations and variants:
+ * of the scene itself, not of its parts. */
 int32_t scene_find_node(const struct scene *scene, const char *name);
 int32_t scene_find_material(const struct scene *scene, const char *name);
 int32_t scene_find_animation(const struct scene *scene, const char *name);
+int32_t scene_find_variant(const struct scene *scene, const char *name);
 
 /* Whether light loses something on its way through the inside: transmission, a thickness, and an
  * attenuation that is neither infinite nor white (KHR_materials_volume). */

@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 #define SCENE_BLOB_MAGIC "VITRAIL" /* 8 bytes with the NUL */
-enum { SCENE_BLOB_VERSION = 8 };   /* any change of a record or of its meaning raises it */
+enum { SCENE_BLOB_VERSION = 9 };   /* any change of a record or of its meaning raises it */
 
 enum scene_section {
     SCENE_STRINGS,    /* char */
@@ -56,6 +56,8 @@ enum scene_section {
     SCENE_DEFORMED_NODES, /* struct scene_deformed_node, nodes ascending; their weights follow each
                              other */
     SCENE_TARGET_WEIGHTS, /* f32 */
+    SCENE_VARIANTS,       /* u32 string offsets: names of KHR_materials_variants, or absent */
+    SCENE_VARIANT_MATERIALS, /* struct scene_variant_material, primitives not descending */
     SCENE_SECTION_COUNT
 };
 
@@ -198,6 +200,11 @@ struct scene_primitive {
     uint32_t flags;                     /* enum scene_primitive_flags */
     uint32_t part;                      /* 0; renderer/scene/compose.h has others */
     float bounds_min[3], bounds_max[3]; /* model space */
+};
+
+/* The material that a primitive has under a variant, where that is another one. */
+struct scene_variant_material {
+    uint32_t variant, primitive, material;
 };
 
 enum scene_alpha_mode { SCENE_OPAQUE, SCENE_MASK, SCENE_BLEND };

@@ -8,6 +8,7 @@
 #include "renderer/base/matrix.h"
 #include "renderer/scene/animation.h"
 #include "renderer/scene/section.h"
+#include "renderer/scene/variants.h"
 
 /* Default lighting of scenes without lights (docs/explanation/shading.md): a key light from upper
  * right, and a pale hemisphere. */
@@ -384,14 +385,16 @@ static void fill_item(const struct scene_state *state, uint32_t node, uint32_t p
                       uint32_t deformed, struct state_item *item)
 {
     const struct scene_primitive *p = &state->scene->primitives[primitive];
-    const struct scene_material *m = &state->materials[p->material].base;
+    const uint32_t material =
+        state->variant_materials ? state->variant_materials[primitive] : p->material;
+    const struct scene_material *m = &state->materials[material].base;
     double determinant = deformed ? state->deforms.items[deformed - 1].determinant
                                   : mat4_determinant3(state->world[node]);
     *item = (struct state_item){
         .node = node,
         .primitive = primitive,
         .deformed = deformed,
-        .material = p->material,
+        .material = material,
         .class_ = material_class(m),
         .is_mirrored = determinant < 0,
         .length_scale = (float)cbrt(fabs(determinant)),
@@ -687,8 +690,9 @@ bool scene_state_init(struct scene_state *state, const struct scene *scene, cons
     if (!deforms_init(&state->deforms, scene, err) || !compose_nodes(state, view, err) ||
         !deforms_evaluate(&state->deforms, scene, (const double(*)[16])state->world,
                           state->is_visible, err) ||
-        !apply_material_overrides(state, view, err) || !list_items(state, err) ||
-        !list_lights(state, view, err))
+        !apply_material_overrides(state, view, err) ||
+        !variant_materials_create(scene, view->variant, &state->variant_materials, err) ||
+        !list_items(state, err) || !list_lights(state, view, err))
         goto fail;
     state->unit_m = find_unit(state);
     state->whole_count = state->item_count;
@@ -714,6 +718,7 @@ void scene_state_finish(struct scene_state *state)
     free(state->world);
     free(state->is_visible);
     free(state->materials);
+    free(state->variant_materials);
     section_finish(state);
     deforms_finish(&state->deforms);
     free(state->items);

@@ -76,6 +76,7 @@ struct scene_state {
     double (*world)[16];              /* per node, world_from_node */
     bool *is_visible;                 /* per node */
     struct state_material *materials; /* per material */
+    uint32_t *variant_materials;      /* per primitive, under the view's variant; NULL: its own */
     struct state_item *items;         /* node order, then primitive order */
     size_t item_count;
     size_t whole_count; /* items before the first cap */
@@ -99,7 +100,7 @@ struct scene_state {
                       not know how it is turned and placed; > 0 */
 };
 
-/* Errors: ERROR_NOT_FOUND naming an unknown node or material; ERROR_INVALID_REQUEST for a
+/* Errors: ERROR_NOT_FOUND naming an unknown node, material or variant; ERROR_INVALID_REQUEST for a
  * degenerate matrix. */
 MUST_CHECK bool scene_state_init(struct scene_state *state, const struct scene *scene,
                                  const struct view *view, struct error *err);

@@ -108,9 +108,9 @@ static double triangle_density(const struct scene *scene, const uint32_t vertice
 }
 
 static double find_least(const struct scene *scene, const struct scene_primitive *primitive,
-                         int slot)
+                         const struct scene_material *m, int slot)
 {
-    const struct scene_texture_ref *ref = &scene->materials[primitive->material].textures[slot];
+    const struct scene_texture_ref *ref = &m->textures[slot];
     const struct scene_image *image = &scene->images[scene->textures[ref->texture].image];
     uint32_t has =
         ref->texcoord ? SCENE_PRIMITIVE_HAS_TEXCOORDS_1 : SCENE_PRIMITIVE_HAS_TEXCOORDS_0;
@@ -132,6 +132,34 @@ static int32_t image_of(const struct scene *scene, const struct scene_material *
     return texture >= 0 ? scene->textures[texture].image : -1;
 }
 
+static void add_material(struct texture_density *density, uint32_t index, uint32_t material)
+{
+    const struct scene *scene = density->scene;
+    const struct scene_material *m = &scene->materials[material];
+    float *least = density->least[index];
+    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
+        if (image_of(scene, m, slot) >= 0)
+            least[slot] =
+                fminf(least[slot], (float)find_least(scene, &scene->primitives[index], m, slot));
+}
+
+/* The least of all materials that the primitive may have: finer levels than one of them needs. */
+static void add_variants(struct texture_density *density, uint32_t index)
+{
+    const struct scene *scene = density->scene;
+    uint32_t low = 0, high = scene->variant_material_count;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (scene->variant_materials[middle].primitive < index)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    for (; low < scene->variant_material_count && scene->variant_materials[low].primitive == index;
+         low++)
+        add_material(density, index, scene->variant_materials[low].material);
+}
+
 /* Edits of a view change no textures, so what a part's own scene knows holds in a composed one. */
 static const float *density_of(struct texture_density *density, uint32_t index)
 {
@@ -140,12 +168,13 @@ static const float *density_of(struct texture_density *density, uint32_t index)
         index -= density->scene->parts[part].first_primitive;
         density = density->parts[part];
     }
-    const struct scene_primitive *primitive = &density->scene->primitives[index];
-    const struct scene_material *m = &density->scene->materials[primitive->material];
-    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT && !density->is_known[index]; slot++)
-        if (image_of(density->scene, m, slot) >= 0)
-            density->least[index][slot] = (float)find_least(density->scene, primitive, slot);
-    density->is_known[index] = true;
+    if (!density->is_known[index]) {
+        for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
+            density->least[index][slot] = INFINITY;
+        add_material(density, index, density->scene->primitives[index].material);
+        add_variants(density, index);
+        density->is_known[index] = true;
+    }
     return density->least[index];
 }
 

@@ -61,7 +61,8 @@ static bool add_names(const struct scene *scene, struct scene_summary *summary, 
                      &summary->extensions_used, err) &&
            add_texts(scene, scene->extensions_ignored, scene->extension_ignored_count,
                      &summary->extensions_ignored, err) &&
-           add_texts(scene, scene->warnings, scene->warning_count, &summary->warnings, err);
+           add_texts(scene, scene->warnings, scene->warning_count, &summary->warnings, err) &&
+           add_texts(scene, scene->variants, scene->variant_count, &summary->variants, err);
 }
 
 /* Lights and cameras are listed as they stand in the scene: once per node that carries one, under
@@ -99,6 +100,7 @@ bool scene_summary_from_scene(const struct scene *scene, struct scene_summary *s
     summary->textures = scene->texture_count;
     summary->images = scene->image_count;
     summary->animation_count = scene->animation_count;
+    summary->variant_count = scene->variant_count;
     summary->material_count = scene->material_count - 1; /* the last is the default of glTF */
     summary->has_bounds = header->bounds_min[0] <= header->bounds_max[0];
     memcpy(summary->bounds_min, header->bounds_min, sizeof summary->bounds_min);

@@ -263,6 +263,7 @@ bool view_from_request(const struct render_request *request, struct view_storage
         .is_animated = request->animation.is_given,
         .animation = request->animation.name,
         .animation_time_s = request->animation.time_s,
+        .variant = request->variant,
     };
     map_camera(&request->camera, &view->camera);
     view_quality_from_request(&request->quality, &view->quality);

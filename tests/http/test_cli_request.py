@@ -24,12 +24,12 @@ class RequestTest(CliTest):
             "--samples", "4", "--light-lists", "linked", "--transparency", "lists",
             "--blend-filter", "kim", "--max-error", "0.01", "--budget-ms", "33.5",
             "--output", "depth", "--exposure", "-1.5", "--time", "2.5",
-            "--animation", "Walk", "--tone-mapping", "none",
+            "--animation", "Walk", "--variant", "Night", "--tone-mapping", "none",
             "--background", "0,0.5,1,1", "--environment", "1:0.1,0.2,0.3", "--no-scene-lights")
         del request["scene"], request["format"]
         self.assertEqual(request, {
             "width": 640, "height": 480, "outputs": ["depth"], "exposure_ev": -1.5,
-            "animation": {"name": "Walk", "time_s": 2.5},
+            "animation": {"name": "Walk", "time_s": 2.5}, "variant": "Night",
             "tone_mapping": "none", "background": [0, 0.5, 1, 1], "scene_lights": False,
             "environment": {"sky": [1, 1, 1], "ground": [0.1, 0.2, 0.3]},
             "quality": {"shadows": "deep-linked", "shadow_resolution": 2048, "samples": 4,

@@ -265,6 +265,43 @@ class Real(support.unittest.TestCase):
         self.assertEqual(("not_found", 404), (reply.code, reply.status))
         self.assertIn("Door", reply.json()["detail"])
 
+    def test_a_variant_changes_materials_and_keeps_the_shadows(self):
+        document = support.triangle_document("Sail")
+        document["materials"] = [
+            {"name": name, "doubleSided": True,
+             "pbrMetallicRoughness": {"baseColorFactor": [*color, 1], "metallicFactor": 0}}
+            for name, color in (("Linen", [1, 1, 1]), ("Red", [1, 0, 0]))]
+        extension = "KHR_materials_variants"
+        document["extensionsUsed"] = document["extensionsRequired"] = [extension]
+        document["extensions"] = {extension: {"variants": [{"name": "Calm"}, {"name": "Storm"}]}}
+        [primitive] = document["meshes"][0]["primitives"]
+        primitive["material"] = 0
+        primitive["extensions"] = {extension: {"mappings": [{"material": 1, "variants": [1]}]}}
+        scene = self.daemon.push(support.glb(document, support.TRIANGLE))
+        summary = self.daemon.request("GET", f"/v1/scenes/{scene}").json()
+        self.assertEqual((2, ["Calm", "Storm"]), (summary["variant_count"], summary["variants"]))
+        self.assertEqual([], summary["extensions"]["ignored"])
+        light = {"type": "spot", "position": [0, 0, 3], "direction": [0, 0, -1], "intensity": 50}
+
+        def image(**members):
+            reply = self.daemon.render(scene, timeout=300, width=32, height=32, lights=[light],
+                                       quality={"shadows": "map"}, **members)
+            self.assertEqual(200, reply.status, reply.body[:500])
+            link = reply.header("Link")
+            report = self.daemon.request("GET", link[1:link.index(">")]).json()
+            return reply.body, report["counts"]["shadow_maps_built"]
+
+        plain, _ = image()
+        self.assertEqual(plain, image(variant="Calm")[0])
+        storm, built = image(variant="Storm")
+        self.assertNotEqual(plain, storm)
+        self.assertEqual(0, built)
+        red = {"materials": {"Linen": {"base_color": [1, 0, 0, 1]}}}
+        self.assertEqual(storm, image(overrides=red)[0])
+        reply = self.daemon.render(scene, variant="Fog")
+        self.assertEqual(("not_found", 404), (reply.code, reply.status))
+        self.assertIn("no variant 'Fog', but 'Calm', 'Storm'", reply.json()["detail"])
+
     def test_the_report_tells_the_passes_and_why(self):
         link = self.render(quality={"shadow_resolution": 256}).header(
             "Link"

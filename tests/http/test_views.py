@@ -80,6 +80,8 @@ class Making(ViewTest):
             ("animation", {"time_s": -1}, 400, "/animation/time_s"),
             ("animation", {"time": 1}, 400, "/animation/time"),
             ("animation", {"name": "Walk"}, 404, "/animation/name"),
+            ("variant", "Midnight", 404, "/variant"),
+            ("variant", 7, 400, "/variant"),
             ("colour", 1, 400, "/colour"),
             ("stream", {"budget_ms": 0}, 400, "/stream/budget_ms"),
             ("stream", {"format": "exr"}, 400, "/stream/format"),

@@ -17,7 +17,7 @@ struct full_view {
     struct view_material_override material;
     double planes[1][4];
     struct view_cut cuts[1];
-    char node_name[8], material_name[8], camera_name[8];
+    char node_name[8], material_name[8], camera_name[8], variant[8];
 };
 
 static struct full_view *full_view_create(void)
@@ -27,6 +27,7 @@ static struct full_view *full_view_create(void)
     strcpy(full->node_name, "chair");
     strcpy(full->material_name, "glass");
     strcpy(full->camera_name, "front");
+    strcpy(full->variant, "day");
     full->node.node = full->node_name;
     full->material.material = full->material_name;
     full->planes[0][1] = 1;
@@ -44,6 +45,7 @@ static struct full_view *full_view_create(void)
         .clip_planes = (const double(*)[4])full->planes,
         .clip_plane_count = 1,
         .cuts = full->cuts,
+        .variant = full->variant,
     };
     return full;
 }
@@ -74,6 +76,7 @@ CHANGES(change_node, changed->node.has_visible = true)
 CHANGES(change_node_name, changed->node_name[0] = 'b')
 CHANGES(change_material, changed->material.roughness = 0.5f)
 CHANGES(change_material_name, changed->material_name[0] = 'b')
+CHANGES(change_variant, changed->variant[0] = 'b')
 CHANGES(change_sky, changed->view.sky[1] = 1)
 CHANGES(change_default_lights, changed->view.ignore_scene_lights = true)
 CHANGES(drop_light, changed->view.light_count = 0)
@@ -99,7 +102,7 @@ static void every_change_makes_another_key(void **state)
         {change_default_lights, true}, {drop_light, true},           {change_camera, false},
         {change_camera_name, false},   {change_plane, false},        {change_cut, false},
         {change_edges, false},         {change_highlight, false},    {change_size, false},
-        {change_outputs, false},       {change_quality, false},
+        {change_outputs, false},       {change_quality, false},      {change_variant, true},
     };
     struct full_view *plain = full_view_create();
     for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {

@@ -92,10 +92,10 @@ static void null_is_the_same_as_absent(void **state)
 {
     (void)state;
     static const char *const members[] = {
-        "width",        "height",          "camera",    "lights",     "scene_lights",
-        "overrides",    "clip_planes",     "animation", "background", "exposure_ev",
-        "tone_mapping", "environment",     "quality",   "output",     "outputs",
-        "format",       "quality_percent", "highlight", "edges",      "parts"};
+        "width",       "height",    "camera",     "lights",      "scene_lights",    "overrides",
+        "clip_planes", "animation", "background", "exposure_ev", "tone_mapping",    "environment",
+        "quality",     "output",    "outputs",    "format",      "quality_percent", "highlight",
+        "edges",       "parts",     "variant"};
     struct render_request plain = parse(BODY(""));
     char *expected = render_request_to_json(&plain);
     for (size_t i = 0; i < sizeof members / sizeof *members; i++) {

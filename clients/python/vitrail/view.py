@@ -71,6 +71,10 @@ class View:
         self.patch({"animation": None if time_s is None
                     else {"time_s": time_s, "name": animation}})
 
+    def set_variant(self, name: Optional[str]) -> None:
+        """Shows a variant of the scene's materials; None: the materials as the file has them."""
+        self.patch({"variant": name})
+
     def delete(self) -> None:
         self.client.connection.request("DELETE", self._path)
 
