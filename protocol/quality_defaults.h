@@ -10,6 +10,8 @@
 #define SAMPLES_DEFAULT 4                  /* per pixel */
 #define AREA_SAMPLES_DEFAULT 16            /* per area light and point */
 #define AREA_SAMPLES_DEFAULT_REFERENCE 256 /* likewise, with `reference` */
+#define ENVIRONMENT_SAMPLES_DEFAULT 16     /* towards an environment map, per ray traced point */
+#define ENVIRONMENT_SAMPLES_DEFAULT_REFERENCE 256 /* likewise, with `reference` */
 
 #define QUALITY_DEFAULT_QUOTED(number) #number
 #define QUALITY_DEFAULT_TEXT(number) QUALITY_DEFAULT_QUOTED(number)

@@ -9,6 +9,7 @@
 #include "renderer/base/device_choice.h"
 #include "renderer/base/frame_progress.h"
 #include "renderer/base/yield_point.h"
+#include "renderer/environment/environment.h"
 #include "renderer/frame_report.h"
 #include "renderer/gl/program_list.h"
 #include "renderer/gl/wide_floats.h"
@@ -141,6 +142,24 @@ MUST_CHECK bool renderer_attach_scene(struct renderer *renderer,
 bool renderer_has_scene(const struct renderer *renderer, const char *key);
 void renderer_detach_scene(struct renderer *renderer, const char *key); /* no-op when absent */
 
+/* A map of light for views that name its key (struct view). `key` (at most 64 bytes) identifies the
+ * content: attaching one that is there is free. The map must stay valid until it is detached, or
+ * released for being the least recently used of more than RENDERER_ENVIRONMENTS_MAX;
+ * `release(context)` is called once then. Between frames. */
+enum { RENDERER_ENVIRONMENTS_MAX = 8 };
+struct renderer_environment_desc {
+    const char *key;                       /* required */
+    const struct environment *environment; /* required; borrowed until its release */
+    void (*release)(void *context);        /* optional */
+    void *context;
+};
+/* ERROR_INVALID_REQUEST: the key is empty or too long; nothing is released then. */
+MUST_CHECK bool renderer_attach_environment(struct renderer *renderer,
+                                            const struct renderer_environment_desc *desc,
+                                            struct error *err);
+bool renderer_has_environment(const struct renderer *renderer, const char *key);
+void renderer_detach_environment(struct renderer *renderer, const char *key); /* absent: no-op */
+
 /* Drops what was kept between frames of the scene, so that the next one builds all of its shadow
  * structures and surfaces anew: for measuring. No-op when absent. */
 void renderer_drop_structures(struct renderer *renderer, const char *key);
@@ -175,7 +194,8 @@ void frame_finish(struct frame *frame);
 const struct scene *renderer_get_scene(struct renderer *renderer, const char *scene_key,
                                        const struct view *view, struct error *err);
 
-/* Renders synchronously. The scenes of view->parts must be attached, too. On failure the frame is
+/* Renders synchronously. The scenes of view->parts must be attached, too, and its environment, else
+ * ERROR_NOT_FOUND. On failure the frame is
  * empty and the renderer stays usable unless the code is ERROR_NO_DEVICE (context lost: destroy and
  * create anew). ERROR_UNSUPPORTED also where the device failed the self-test of what the frame is
  * made of. */

@@ -135,6 +135,7 @@ struct view_quality {
     bool may_be_coarse; /* one of many frames in motion: drawn with the levels of textures that are
                            there, and some more are brought; else the frame waits for all */
     int area_samples;   /* per area light and point, [1, 4096] */
+    int environment_samples; /* ray traced: towards the map, per point, [1, 4096]; 0: the default */
     double shadow_compression;   /* deep: lists are approximated, nowhere farther off than this
                                    transmittance; [0.001, 0.5]; 0: they are exact, but with a
                                    prefilter 0.001 */
@@ -216,6 +217,12 @@ struct view {
     bool ignore_scene_lights;
     bool has_environment;    /* a hemisphere of uniform radiance, unshadowed */
     float sky[3], ground[3]; /* nt, above and below the horizon */
+    /* A map of radiance from all around, beside the hemisphere (docs/explanation/shading.md). */
+    const char *environment_key;     /* of renderer_attach_environment; borrowed; NULL, "": none */
+    double environment_rotation_deg; /* [-360, 360], about +Y, counter-clockwise from above */
+    double environment_intensity;    /* factor on the map's radiance, [0, 1e6] */
+    bool environment_is_background;  /* it is seen where nothing is, in the place of `background`;
+                                        not with screen.has_backdrop */
     const struct view_node_override *nodes;
     size_t node_override_count;
     const struct view_material_override *materials;
@@ -236,6 +243,11 @@ struct view {
     struct view_screen screen;
     struct view_quality quality;
 };
+
+static inline bool view_has_environment(const struct view *view)
+{
+    return view->environment_key && *view->environment_key;
+}
 
 /* The background as a colour of the screen: linear, no channel above 1, associated alpha. */
 static inline void view_backdrop(const struct view *view, float backdrop[4])

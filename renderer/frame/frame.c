@@ -25,6 +25,26 @@ static bool check_quality(const struct view_quality *quality, struct error *err)
     if (quality->area_samples < 0 || quality->area_samples > 4096)
         return error_set(err, ERROR_INVALID_REQUEST, "%d area samples, choose 1 to 4096",
                          quality->area_samples);
+    if (quality->environment_samples < 0 || quality->environment_samples > 4096)
+        return error_set(err, ERROR_INVALID_REQUEST, "%d environment samples, choose 1 to 4096",
+                         quality->environment_samples);
+    return true;
+}
+
+static bool check_environment(const struct view *view, struct error *err)
+{
+    double rotation = view->environment_rotation_deg, intensity = view->environment_intensity;
+    if (!view_has_environment(view))
+        return true;
+    if (!(rotation >= -360 && rotation <= 360))
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "environment rotation %g is outside [-360, 360] degrees", rotation);
+    if (!(intensity >= 0 && intensity <= 1e6))
+        return error_set(err, ERROR_INVALID_REQUEST, "environment intensity %g is outside [0, 1e6]",
+                         intensity);
+    if (view->environment_is_background && view->screen.has_backdrop)
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "the background is both the environment and a colour of the screen");
     return true;
 }
 
@@ -44,7 +64,7 @@ static bool check_view(const struct view *view, struct error *err)
     if (view->clip_plane_count > VIEW_CLIP_PLANES_MAX)
         return error_set(err, ERROR_INVALID_REQUEST, "%zu clip planes, limit is %d",
                          view->clip_plane_count, VIEW_CLIP_PLANES_MAX);
-    return check_quality(&view->quality, err);
+    return check_environment(view, err) && check_quality(&view->quality, err);
 }
 
 static bool create_outputs(const struct view *view, struct frame *frame, struct error *err)
@@ -92,6 +112,7 @@ struct opened_view {
     struct view view;                /* with its defaults */
     const struct scene_state *state; /* of the context, as the plan */
     struct camera camera;
+    struct environment_light environment;
     const struct frame_plan *plan;
     bool is_state_kept;
 };
@@ -148,7 +169,8 @@ static bool open_view(struct frame_context *context, const char *scene_key, cons
         return false;
     if (!opened->view.outputs)
         opened->view.outputs = 1u << VIEW_OUTPUT_COLOR;
-    if (!check_view(&opened->view, err))
+    if (!check_view(&opened->view, err) ||
+        !environment_cache_open(&renderer->environments, view, &opened->environment, err))
         return false;
     struct content_key key = view_state_key(opened->scene->key, &opened->view);
     opened->state = scene_state_cache_get(&context->state_cache, key, &opened->scene->scene,
@@ -457,6 +479,7 @@ static bool make_once(struct frame_context *context, const char *scene_key, cons
         .placement = view_placement_key(opened.scene->key, &opened.view),
         .state = opened.state,
         .camera = &opened.camera,
+        .environment = &opened.environment,
         .frame = frame,
         .only_builds = making->only_builds,
         .shadow_frame = shadow_system_number_frame(renderer->shadows),

@@ -71,6 +71,7 @@ bool frame_raytrace(const struct frame_run *run, const char *because, const uint
         .view = view,
         .state = run->state,
         .camera = run->camera,
+        .environment = run->environment,
         .texture_levels = texture_levels,
         .samples_per_side = grid_side(view->quality.samples),
         .cache = renderer->traced,

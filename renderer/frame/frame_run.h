@@ -7,20 +7,21 @@
 #include "renderer/plan/frame_plan.h"
 
 struct frame_run {
-    struct frame_context *context;       /* required */
-    struct resident_scene *scene;        /* required */
-    const struct frame_plan *frame_plan; /* required */
-    struct content_key placement;        /* required: view_placement_key */
-    const struct view *view;             /* required; of the plan */
-    const struct scene_state *state;     /* required; of the plan */
-    const struct camera *camera;         /* required; of the plan */
-    struct frame *frame;                 /* required; outputs are created, the report is filled */
-    struct time_slice_pace pace;         /* of frames like it */
-    bool may_keep;                       /* the picture may be one that is kept, and kept itself */
-    struct content_key picture;          /* with may_keep: what decides it */
-    bool only_builds;                    /* what frames keep for those after them, and no picture */
-    bool is_again;         /* it goes on after a pause: the report has what it did before */
-    uint64_t shadow_frame; /* required: shadow_system_number_frame */
+    struct frame_context *context;               /* required */
+    struct resident_scene *scene;                /* required */
+    const struct frame_plan *frame_plan;         /* required */
+    struct content_key placement;                /* required: view_placement_key */
+    const struct view *view;                     /* required; of the plan */
+    const struct scene_state *state;             /* required; of the plan */
+    const struct camera *camera;                 /* required; of the plan */
+    const struct environment_light *environment; /* required; of the view */
+    struct frame *frame;         /* required; outputs are created, the report is filled */
+    struct time_slice_pace pace; /* of frames like it */
+    bool may_keep;               /* the picture may be one that is kept, and kept itself */
+    struct content_key picture;  /* with may_keep: what decides it */
+    bool only_builds;            /* what frames keep for those after them, and no picture */
+    bool is_again;               /* it goes on after a pause: the report has what it did before */
+    uint64_t shadow_frame;       /* required: shadow_system_number_frame */
     struct frame_textures *textures; /* set by frame_run */
 };
 

@@ -21,6 +21,7 @@ static struct view metered_view(const struct view *view)
     own.highlight = (struct view_highlight){0};
     own.edges = (struct view_edges){0};
     own.screen = (struct view_screen){0};
+    own.environment_is_background = false;
     for (int k = 0; k < 4; k++)
         own.background[k] = 0;
     if (own.quality.reference)

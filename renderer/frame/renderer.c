@@ -43,6 +43,7 @@ void renderer_finish_parts(struct renderer *renderer)
     frame_context_finish(&renderer->urgent);
     raytrace_cache_destroy(renderer->traced); /* borrows a scene */
     scene_cache_finish(&renderer->scenes);
+    environment_cache_finish(&renderer->environments);
     frame_context_finish(&renderer->frames);
     shadow_system_destroy(renderer->shadows);
     frame_in_flight_finish(renderer);

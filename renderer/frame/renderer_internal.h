@@ -3,6 +3,7 @@
 #ifndef VITRAIL_RENDERER_FRAME_RENDERER_INTERNAL_H
 #define VITRAIL_RENDERER_FRAME_RENDERER_INTERNAL_H
 
+#include "renderer/frame/environment_cache.h"
 #include "renderer/frame/frame_context.h"
 #include "renderer/frame/frame_lessons.h"
 #include "renderer/frame/scene_cache.h"
@@ -50,6 +51,7 @@ struct renderer {
     struct readback *readback;
     struct shadow_system *shadows;
     struct scene_cache scenes;
+    struct environment_cache environments;
     struct raytrace_cache *traced;       /* of the scene with the traced_key of a context */
     struct frame_context frames, urgent; /* the second is made when a frame first yields */
     struct frame_context *current;       /* of the next frame: `urgent` at a yield point */

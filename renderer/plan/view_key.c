@@ -44,6 +44,7 @@ static struct view without_pointers(const struct view *view)
     copy.camera.node = NULL;
     copy.animation = NULL;
     copy.variant = NULL;
+    copy.environment_key = NULL;
     copy.parts = NULL;
     copy.lights = NULL;
     copy.nodes = NULL;
@@ -66,6 +67,8 @@ static struct view scene_part(const struct view *view)
     own.edges = (struct view_edges){0};
     own.screen = (struct view_screen){0};
     own.quality = (struct view_quality){0};
+    own.environment_rotation_deg = own.environment_intensity = 0;
+    own.environment_is_background = false;
     for (int k = 0; k < 4; k++)
         own.background[k] = 0;
     return own;
@@ -100,6 +103,7 @@ struct content_key view_state_key(const char *scene_key, const struct view *view
     add_nodes(&key, view);
     add_materials(&key, view);
     content_key_add(&key, view->lights, view->light_count * sizeof *view->lights);
+    content_key_add_word(&key, view_has_environment(view)); /* no default lights then */
     return key;
 }
 
@@ -123,6 +127,7 @@ struct content_key view_picture_key(struct content_key state_key, const struct v
     own.screen.channels = 0; /* how it comes back, not what it is */
     content_key_add(&key, &own, sizeof own);
     content_key_add_text(&key, view->camera.node);
+    content_key_add_text(&key, view_has_environment(view) ? view->environment_key : NULL);
     struct content_key cut = view_cut_key(view);
     content_key_add(&key, &cut, sizeof cut);
     return key;
@@ -134,6 +139,7 @@ struct content_key view_plan_key(struct content_key state_key, const struct view
     struct view own = without_pointers(view);
     for (int k = 0; k < 4; k++)
         own.background[k] = 0; /* decides pixels, no pass */
+    own.environment_rotation_deg = own.environment_intensity = 0;
     own.screen = (struct view_screen){0};
     own.quality.may_be_coarse = false;
     own.highlight = (struct view_highlight){.node_count = view->highlight.node_count > 0};

@@ -9,6 +9,7 @@
 #define VITRAIL_RENDERER_RAYTRACE_RAYTRACE_H
 
 #include "renderer/base/yield_point.h"
+#include "renderer/environment/environment.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/camera.h"
 #include "renderer/scene/scene_state.h"
@@ -26,9 +27,10 @@ struct raytrace_desc {
     const struct view *view;         /* required; size, background, quality, clip planes */
     const struct scene_state *state; /* required */
     const struct camera *camera;     /* required */
-    int samples_per_side;            /* of a pixel's regular grid; 0 means 1: the pixel's centre;
-                                        production takes the 4 standard positions for 2 */
-    struct raytrace_cache *cache;    /* optional: keeps the built scene for the next render */
+    const struct environment_light *environment; /* optional: the view's */
+    int samples_per_side;         /* of a pixel's regular grid; 0 means 1: the pixel's centre;
+                                     production takes the 4 standard positions for 2 */
+    struct raytrace_cache *cache; /* optional: keeps the built scene for the next render */
     /* Optional: per texture_key (renderer/textures/texture_need.h) the finest level that camera
      * rays of production sample; 255: any. Masks and filters of shadow rays are read at level 0. */
     const uint8_t *texture_levels;

@@ -216,6 +216,8 @@ bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
     batch->has_overflowed |= sample->hits->has_overflowed;
     double sigma[3], through[3] = {1, 1, 1}, t = 0;
     double range[2];
+    memcpy(batch->points[batch->sample_count].direction, sample->ray->direction,
+           sizeof batch->points->direction);
     const bool has_media = scene->state->medium_count;
     if (has_media) {
         rt_scene_kept_range(scene, sample->ray, range);
@@ -256,11 +258,12 @@ bool rt_batch_is_full(const struct rt_batch *batch)
 }
 
 /* Front to back over the ordered layers: docs/explanation/shading.md section 2. */
-static void composite(const struct rt_batch *batch, size_t first, size_t end,
+static void composite(const struct rt_batch *batch, size_t sample, size_t first, size_t end,
                       struct rt_pixel *pixel)
 {
     double layers[3] = {0}, through[3] = {1, 1, 1}, behind[4];
-    rt_pixel_background(batch->desc.view, behind);
+    rt_pixel_background(batch->desc.view, batch->desc.environment, batch->points[sample].direction,
+                        behind);
     for (size_t i = first; i < end; i++) {
         const struct rt_step *step = &batch->steps[i];
         for (int k = 0; k < 3; k++)
@@ -287,7 +290,7 @@ static void write_pixels(const struct rt_batch *batch, struct image *image)
     for (size_t p = 0; p < batch->pixel_count; p++) {
         struct rt_pixel pixel = {.covered = 0};
         for (int s = 0; s < batch->desc.samples; s++) {
-            composite(batch, step, batch->sample_ends[sample], &pixel);
+            composite(batch, sample, step, batch->sample_ends[sample], &pixel);
             step = batch->sample_ends[sample++];
         }
         float *out =

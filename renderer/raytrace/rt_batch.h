@@ -70,13 +70,14 @@ struct rt_ray_job { /* one shadow ray, waiting */
 struct rt_job;
 
 struct rt_batch_desc {
-    struct rt_job *job;                   /* required; what is cancelled is left unlit */
-    const struct rt_scene *scene;         /* required */
-    const struct view *view;              /* required */
-    const struct camera *camera;          /* required */
-    const struct rt_light_set *light_set; /* required */
-    double eye_sigma[3];                  /* of a perspective camera */
-    int samples;                          /* per pixel */
+    struct rt_job *job;                          /* required; what is cancelled is left unlit */
+    const struct rt_scene *scene;                /* required */
+    const struct view *view;                     /* required */
+    const struct camera *camera;                 /* required */
+    const struct rt_light_set *light_set;        /* required */
+    const struct environment_light *environment; /* optional */
+    double eye_sigma[3];                         /* of a perspective camera */
+    int samples;                                 /* per pixel */
     double way[2][3]; /* of rays to those of the next pixel, or part of one, to the right and
                          down: in metres, perspective: at depth 1 */
 };
@@ -88,7 +89,8 @@ struct rt_batch { /* zeroed before init; arrays grow and are kept */
     struct rt_start *starts;
     struct rt_step *steps;
     uint32_t *sample_ends;   /* of each sample's steps */
-    struct rt_point *points; /* of each sample: where it ends on something opaque */
+    struct rt_point *points; /* of each sample: where it ends on something opaque, else its
+                                direction alone */
     int (*pixels)[2];
     struct rt_ray_job *jobs;
     uint32_t *sorted; /* numbers of jobs */

@@ -4,10 +4,20 @@
 
 #include <string.h>
 
-void rt_pixel_background(const struct view *view, double behind[4])
+#include "renderer/base/matrix.h"
+
+void rt_pixel_background(const struct view *view, const struct environment_light *environment,
+                         const double direction[3], double behind[4])
 {
     const float *b = view->background;
     memset(behind, 0, 4 * sizeof *behind);
+    if (environment && environment->is_background) {
+        double unit[3] = {direction[0], direction[1], direction[2]};
+        vec3_normalize(unit);
+        environment_light_radiance(environment, unit, behind);
+        behind[3] = 1;
+        return;
+    }
     if (view->screen.has_backdrop)
         return;
     for (int k = 0; k < 3; k++)

@@ -3,6 +3,7 @@
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_PIXEL_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_PIXEL_H
 
+#include "renderer/environment/environment.h"
 #include "renderer/view.h"
 
 struct rt_pixel { /* zeroed before the first sample */
@@ -10,8 +11,10 @@ struct rt_pixel { /* zeroed before the first sample */
     double behind[3], covered; /* sums of struct tone_map_over's */
 };
 
-/* What a sample ends at where nothing opaque is; alpha 1: something is. */
-void rt_pixel_background(const struct view *view, double behind[4]);
+/* What a sample ends at where nothing opaque is; alpha 1: something is. environment: may be NULL;
+ * direction: of the ray, of any length. */
+void rt_pixel_background(const struct view *view, const struct environment_light *environment,
+                         const double direction[3], double behind[4]);
 
 /* Ends a sample: its layers have added `layers`, and `through` is how much of `behind` is seen. */
 void rt_pixel_end_sample(struct rt_pixel *pixel, const double layers[3], const double through[3],

@@ -140,6 +140,7 @@ static bool tracer_init(void *worker, struct rt_job *job, struct error *err)
                                  .scene = job->scene,
                                  .view = job->desc->view,
                                  .camera = job->desc->camera,
+                                 .environment = job->desc->environment,
                                  .light_set = &shared->light_set,
                                  .samples = shared->samples};
     find_way(job, shared->parts_per_side, desc.way);

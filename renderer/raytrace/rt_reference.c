@@ -20,7 +20,7 @@ static void trace_ray(struct tracer *tracer, const struct rt_ray *ray, struct rt
 {
     const struct rt_job *job = tracer->job;
     double layers[3] = {0}, through[3] = {1, 1, 1}, behind[4];
-    rt_pixel_background(job->desc->view, behind);
+    rt_pixel_background(job->desc->view, job->desc->environment, ray->direction, behind);
     if (job->desc->camera->is_orthographic)
         rt_media_at(job->scene, ray->origin, &tracer->hits, tracer->eye_sigma);
     rt_scene_collect(job->scene, ray, &tracer->hits);

@@ -574,7 +574,7 @@ static bool list_lights(struct scene_state *state, const struct view *view, stru
     state->has_environment = view->has_environment;
     memcpy(state->sky, view->sky, sizeof state->sky);
     memcpy(state->ground, view->ground, sizeof state->ground);
-    bool brought_any = view->light_count > 0 || view->has_environment;
+    bool brought_any = view->light_count > 0 || view->has_environment || view_has_environment(view);
     for (uint32_t i = 0; !view->ignore_scene_lights && i < scene->node_count; i++) {
         if (scene->nodes[i].light < 0)
             continue;

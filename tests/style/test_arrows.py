@@ -64,7 +64,8 @@ ROOMS = {
         "renderer/base renderer/frame_report renderer/scene renderer/gl renderer/draw",
     "renderer/lights": "renderer/base renderer/frame_report renderer/scene renderer/gl",
     "renderer/raytrace":
-        "renderer/base renderer/image renderer/view.h renderer/scene renderer/lights",
+        "renderer/base renderer/image renderer/environment renderer/view.h renderer/scene"
+        " renderer/lights",
     "renderer/overlay":
         "renderer/base renderer/image renderer/view.h renderer/scene renderer/raytrace",
     "renderer/transparency": "renderer/base renderer/gl renderer/window",
@@ -84,8 +85,8 @@ ROOMS = {
         " renderer/draw renderer/window renderer/lights renderer/raytrace renderer/transparency"
         " renderer/shadows renderer/cost",
     "renderer/renderer.h":
-        "renderer/base renderer/image renderer/frame_report renderer/view.h renderer/scene"
-        " renderer/gl renderer/raytrace renderer/plan",
+        "renderer/base renderer/image renderer/environment renderer/frame_report renderer/view.h"
+        " renderer/scene renderer/gl renderer/raytrace renderer/plan",
     "renderer/frame":
         "renderer/base renderer/image renderer/frame_report renderer/scene renderer/gl"
         " renderer/textures renderer/draw renderer/window renderer/raytrace renderer/overlay"

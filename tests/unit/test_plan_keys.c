@@ -18,6 +18,7 @@ struct full_view {
     double planes[1][4];
     struct view_cut cuts[1];
     char node_name[8], material_name[8], camera_name[8], variant[8];
+    char environment_key[8];
 };
 
 static struct full_view *full_view_create(void)
@@ -30,6 +31,7 @@ static struct full_view *full_view_create(void)
     strcpy(full->variant, "day");
     full->node.node = full->node_name;
     full->material.material = full->material_name;
+    strcpy(full->environment_key, "studio");
     full->planes[0][1] = 1;
     full->view = (struct view){
         .width_px = 64,
@@ -46,6 +48,8 @@ static struct full_view *full_view_create(void)
         .clip_plane_count = 1,
         .cuts = full->cuts,
         .variant = full->variant,
+        .environment_key = full->environment_key,
+        .environment_intensity = 1,
     };
     return full;
 }
@@ -130,6 +134,36 @@ static void what_only_colours_pixels_shares_the_plan(void **state)
     free(changed);
 }
 
+/* A map is looked up in no state and no plan; but whether there is one decides about both. */
+static void the_map_is_in_the_key_of_the_picture_alone(void **state)
+{
+    (void)state;
+    struct full_view *plain = full_view_create();
+    struct content_key state_key = view_state_key("scene", &plain->view);
+    struct content_key key = view_picture_key(state_key, &plain->view);
+    for (int i = 0; i < 4; i++) {
+        struct full_view *changed = full_view_create();
+        changed->environment_key[0] = i == 0 ? 'b' : 's';
+        changed->view.environment_rotation_deg = i == 1;
+        changed->view.environment_intensity = i == 2 ? 2 : 1;
+        changed->view.environment_is_background = i == 3;
+        assert_true(content_key_equals(view_state_key("scene", &changed->view), state_key));
+        assert_true(content_key_equals(view_placement_key("scene", &changed->view),
+                                       view_placement_key("scene", &plain->view)));
+        assert_int_equal(content_key_equals(plan_key(changed), plan_key(plain)), i < 3);
+        assert_false(content_key_equals(view_picture_key(state_key, &changed->view), key));
+        free(changed);
+    }
+    struct full_view *none = full_view_create(), *empty = full_view_create();
+    none->view.environment_key = NULL;
+    empty->environment_key[0] = 0;
+    assert_false(content_key_equals(view_state_key("scene", &none->view), state_key));
+    assert_true(content_key_equals(plan_key(none), plan_key(empty)));
+    free(none);
+    free(empty);
+    free(plain);
+}
+
 static void parts_of_a_key_do_not_run_together(void **state)
 {
     (void)state;
@@ -151,6 +185,7 @@ int main(void)
         cmocka_unit_test(equal_views_have_equal_keys_wherever_they_lie),
         cmocka_unit_test(every_change_makes_another_key),
         cmocka_unit_test(what_only_colours_pixels_shares_the_plan),
+        cmocka_unit_test(the_map_is_in_the_key_of_the_picture_alone),
         cmocka_unit_test(parts_of_a_key_do_not_run_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

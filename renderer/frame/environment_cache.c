@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: MIT */
+/* The maps that views may name. */
+#include "renderer/frame/environment_cache.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "renderer/frame/renderer_internal.h"
+
+static struct resident_environment *find(struct environment_cache *cache, const char *key)
+{
+    for (int i = 0; i < RENDERER_ENVIRONMENTS_MAX; i++)
+        if (cache->entries[i].environment && !strcmp(cache->entries[i].key, key))
+            return &cache->entries[i];
+    return NULL;
+}
+
+static void release(struct resident_environment *entry)
+{
+    if (entry->environment && entry->release)
+        entry->release(entry->context);
+    *entry = (struct resident_environment){.environment = NULL};
+}
+
+void environment_cache_finish(struct environment_cache *cache)
+{
+    for (int i = 0; i < RENDERER_ENVIRONMENTS_MAX; i++)
+        release(&cache->entries[i]);
+}
+
+bool environment_cache_open(struct environment_cache *cache, const struct view *view,
+                            struct environment_light *light, struct error *err)
+{
+    *light = (struct environment_light){.environment = NULL};
+    if (!view_has_environment(view))
+        return true;
+    struct resident_environment *entry = find(cache, view->environment_key);
+    if (!entry)
+        return error_set(err, ERROR_NOT_FOUND, "environment '%s'", view->environment_key);
+    entry->last_use = ++cache->clock;
+    *light = environment_light_make(entry->environment, view->environment_rotation_deg,
+                                    view->environment_intensity);
+    light->is_background = view->environment_is_background;
+    return true;
+}
+
+bool renderer_attach_environment(struct renderer *renderer,
+                                 const struct renderer_environment_desc *desc, struct error *err)
+{
+    struct environment_cache *cache = &renderer->environments;
+    struct resident_environment *entry = find(cache, desc->key);
+    size_t length = strlen(desc->key);
+    if (!length || length >= ENVIRONMENT_KEY_BYTES)
+        return error_set(err, ERROR_INVALID_REQUEST, "environment key of %zu bytes, choose 1 to %d",
+                         length, ENVIRONMENT_KEY_BYTES - 1);
+    if (entry) {
+        entry->last_use = ++cache->clock;
+        if (desc->release)
+            desc->release(desc->context);
+        return true;
+    }
+    entry = &cache->entries[0]; /* free ones were never used */
+    for (int i = 1; i < RENDERER_ENVIRONMENTS_MAX; i++)
+        if (cache->entries[i].last_use < entry->last_use)
+            entry = &cache->entries[i];
+    release(entry);
+    *entry = (struct resident_environment){.environment = desc->environment,
+                                           .release = desc->release,
+                                           .context = desc->context,
+                                           .last_use = ++cache->clock};
+    snprintf(entry->key, sizeof entry->key, "%s", desc->key);
+    return true;
+}
+
+bool renderer_has_environment(const struct renderer *renderer, const char *key)
+{
+    for (int i = 0; i < RENDERER_ENVIRONMENTS_MAX; i++) {
+        const struct resident_environment *entry = &renderer->environments.entries[i];
+        if (entry->environment && !strcmp(entry->key, key))
+            return true;
+    }
+    return false;
+}
+
+void renderer_detach_environment(struct renderer *renderer, const char *key)
+{
+    struct resident_environment *entry = find(&renderer->environments, key);
+    if (entry)
+        release(entry);
+}

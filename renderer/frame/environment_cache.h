@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT */
+/* Maps of light by their keys, the least recently used first out. Thread: GL. */
+#ifndef VITRAIL_RENDERER_FRAME_ENVIRONMENT_CACHE_H
+#define VITRAIL_RENDERER_FRAME_ENVIRONMENT_CACHE_H
+
+#include "renderer/renderer.h"
+
+enum { ENVIRONMENT_KEY_BYTES = 65 };
+
+struct resident_environment { /* environment NULL: free */
+    char key[ENVIRONMENT_KEY_BYTES];
+    const struct environment *environment;
+    void (*release)(void *context);
+    void *context;
+    uint64_t last_use;
+};
+
+struct environment_cache { /* zeroed: empty */
+    struct resident_environment entries[RENDERER_ENVIRONMENTS_MAX];
+    uint64_t clock;
+};
+
+void environment_cache_finish(struct environment_cache *cache); /* releases all */
+
+/* The light of the view's map; its environment is NULL where the view names none. ERROR_NOT_FOUND:
+ * there is none with its key. Marks it as used. */
+MUST_CHECK bool environment_cache_open(struct environment_cache *cache, const struct view *view,
+                                       struct environment_light *light, struct error *err);
+
+#endif
