@@ -43,6 +43,7 @@ function scenesAmong(files) {
 export class ScenesPanel {
   scenes = [];
   upload = null; // {name, which, share, abort}
+  files = new Map(); // by id, what was sent for it: another scene of the same file is posted from them
 
   /** @param {{open: (id: string|null) => void, show: () => void, limits: () => object}} actions */
   constructor(panel, client, model, actions) {
@@ -132,8 +133,8 @@ export class ScenesPanel {
       + `${count(mostFiles)}.` : "";
   }
 
-  /** The summary; null when the server refused them, undefined when people did. */
-  async #send(named, which) {
+  /** scene: which of the file. The summary; null when the server refused them, undefined when people did. */
+  async #send(named, which, scene) {
     const [{ name }] = named;
     const tooMuch = this.#tooMuch(named);
     if (tooMuch) {
@@ -141,8 +142,18 @@ export class ScenesPanel {
       return null;
     }
     announce(`Uploading ${name}`);
-    return this.#take(name, which, (options) => this.client.postScene(named,
-      { ...options, onProgress: (share) => this.#progress(share) }));
+    const summary = await this.#take(name, which, (options) => this.client.postScene(named,
+      { ...options, scene, onProgress: (share) => this.#progress(share) }));
+    if (summary) this.files.set(summary.id, named);
+    return summary;
+  }
+
+  /** Opens another scene of the file of the open one. */
+  async #openOther(scene) {
+    if (this.#isBusy()) return;
+    const summary = await this.#send(this.files.get(this.model.scene.id), "", scene);
+    if (summary) this.actions.open(summary.id);
+    else this.fill();
   }
 
   /** Shows what is on its way, and that it can be cancelled; answers as #send. */
@@ -193,9 +204,21 @@ export class ScenesPanel {
       el("span", { class: "fine" }, `${count(scene.triangles)} triangles · ${bytes(scene.bytes.upload)}`)),
       button({ label: `Delete ${scene.name ?? scene.id.slice(0, 8)}`, icon: "remove", class: "plain",
         onclick: () => this.#delete(scene) }),
+      isOpen && this.#fileScenes(this.model.scene),
       isOpen && this.model.scene.warnings.length > 0 && el("ul", { class: "scene-warnings",
         "aria-label": "What pictures leave out" },
       this.model.scene.warnings.map((warning) => el("li", {}, warning))));
+  }
+
+  /** Which scene of its file is shown, where the file has several, and the choice among them. */
+  #fileScenes({ id, file_scenes: names = [], file_scene: shown }) {
+    if (names.length < 2) return null;
+    const isHere = this.files.has(id);
+    return el("label", { class: "file-scenes" }, el("span", { class: "fine" }, "Scene of the file"),
+      el("select", { "aria-label": "Scene of the file", disabled: !isHere,
+        title: isHere ? "" : "Bring the file again to choose another of its scenes",
+        onchange: (event) => this.#openOther(`#${event.target.value}`) },
+      names.map((name, at) => el("option", { value: at, selected: at === shown }, name || `Scene ${at + 1}`))));
   }
 
   /** Below the picture: how many parts of the open file it leaves out; the row of the scene tells which. */
