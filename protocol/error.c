@@ -27,6 +27,7 @@ static const struct code_info code_table[ERROR_CODE_COUNT] = {
     [ERROR_UNSUPPORTED_MEDIA_TYPE] = {"unsupported_media_type", "This media type is not taken",
                                       415},
     [ERROR_INVALID_SCENE] = {"invalid_scene", "The scene is broken", 422},
+    [ERROR_INVALID_ENVIRONMENT] = {"invalid_environment", "The environment map is broken", 422},
     [ERROR_UNSUPPORTED] = {"unsupported", "This build or device cannot do that", 422},
     [ERROR_TOO_MANY_REQUESTS] = {"too_many_requests", "Too many requests", 429},
     [ERROR_INTERNAL] = {"internal", "Something went wrong on our side", 500},

@@ -22,6 +22,7 @@ enum error_code {
     ERROR_TOO_LARGE,              /* 413: over a named limit */
     ERROR_UNSUPPORTED_MEDIA_TYPE, /* 415 */
     ERROR_INVALID_SCENE,          /* 422: the scene is broken; names file, element and limit */
+    ERROR_INVALID_ENVIRONMENT,    /* 422: the environment map is broken; names texel and limit */
     ERROR_UNSUPPORTED,            /* 422: valid, but this build or device cannot do it */
     ERROR_TOO_MANY_REQUESTS,      /* 429 */
     ERROR_INTERNAL,               /* 500: our fault */

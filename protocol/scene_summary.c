@@ -5,11 +5,11 @@
 #include <float.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "protocol/json_read.h"
 #include "protocol/json_write.h"
 #include "protocol/limits.h"
+#include "protocol/summary_fields.h"
 #include "protocol/utf8.h"
 
 /* Thirteen full lists of names at LIMIT_NAME_BYTES, each byte escaped as \u001f, and numbers. */
@@ -184,15 +184,6 @@ enum { COUNT_MEMBERS = sizeof count_members / sizeof *count_members };
 
 /* ---- writing ---- */
 
-static json_t *write_names(const struct name_list *list)
-{
-    json_t *array = json_array();
-    bool has_failed = !array;
-    for (size_t i = 0; i < list->count; i++)
-        json_append(array, json_text(list->names[i]), &has_failed);
-    return json_take_unless(array, has_failed);
-}
-
 static json_t *write_items(const struct summary_item *items, size_t count)
 {
     json_t *array = json_array();
@@ -229,32 +220,12 @@ static json_t *write_bounds(const struct scene_summary *summary)
     return json_writer_take(&writer);
 }
 
-static json_t *write_bytes(const struct scene_summary *summary)
-{
-    struct json_writer writer = json_writer_begin();
-    json_put_integer(&writer, "upload", summary->upload_bytes);
-    json_put_integer(&writer, "decoded", summary->decoded_bytes);
-    return json_writer_take(&writer);
-}
-
 static json_t *write_extensions(const struct scene_summary *summary)
 {
     struct json_writer writer = json_writer_begin();
-    json_put(&writer, "used", write_names(&summary->extensions_used));
-    json_put(&writer, "ignored", write_names(&summary->extensions_ignored));
+    json_put(&writer, "used", summary_write_names(&summary->extensions_used));
+    json_put(&writer, "ignored", summary_write_names(&summary->extensions_ignored));
     return json_writer_take(&writer);
-}
-
-/* RFC 3339 in UTC; null when the time was never set or has no calendar date. */
-static json_t *write_time(int64_t unix_s)
-{
-    char text[64];
-    time_t time = (time_t)unix_s;
-    struct tm utc;
-    if (unix_s == 0 || !gmtime_r(&time, &utc) ||
-        strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc) == 0)
-        return json_null();
-    return json_string(text);
 }
 
 json_t *scene_summary_to_json(const struct scene_summary *summary)
@@ -267,20 +238,20 @@ json_t *scene_summary_to_json(const struct scene_summary *summary)
         memcpy(&count, (const char *)summary + count_members[i].offset, sizeof count);
         json_put_integer(&writer, count_members[i].key, count);
     }
-    json_put(&writer, "materials", write_names(&summary->materials));
+    json_put(&writer, "materials", summary_write_names(&summary->materials));
     json_put(&writer, "lights", write_items(summary->lights, summary->light_list_count));
     json_put(&writer, "cameras", write_items(summary->cameras, summary->camera_list_count));
     json_put(&writer, "animations", write_animations(summary));
-    json_put(&writer, "node_names", write_names(&summary->node_names));
-    json_put(&writer, "variants", write_names(&summary->variants));
-    json_put(&writer, "file_scenes", write_names(&summary->file_scenes));
+    json_put(&writer, "node_names", summary_write_names(&summary->node_names));
+    json_put(&writer, "variants", summary_write_names(&summary->variants));
+    json_put(&writer, "file_scenes", summary_write_names(&summary->file_scenes));
     if (summary->file_scene_count > 0)
         json_put_integer(&writer, "file_scene", summary->file_scene);
     json_put(&writer, "bounds", write_bounds(summary));
-    json_put(&writer, "bytes", write_bytes(summary));
+    json_put(&writer, "bytes", summary_write_bytes(summary->upload_bytes, summary->decoded_bytes));
     json_put(&writer, "extensions", write_extensions(summary));
-    json_put(&writer, "warnings", write_names(&summary->warnings));
-    json_put(&writer, "created", write_time(summary->created_unix_s));
+    json_put(&writer, "warnings", summary_write_names(&summary->warnings));
+    json_put(&writer, "created", summary_write_time(summary->created_unix_s));
     json_put(&writer, "outline", scene_outline_to_json(&summary->outline));
     return json_writer_take(&writer);
 }
@@ -291,28 +262,6 @@ char *scene_summary_to_json_text(const struct scene_summary *summary)
 }
 
 /* ---- reading ---- */
-
-static bool read_string(const struct json_node *node, const char **text)
-{
-    if (!json_is_string(node->value))
-        return json_refuse(node, ERROR_INVALID_REQUEST, "must be a string");
-    *text = json_string_value(node->value);
-    return true;
-}
-
-static bool read_names(const struct json_node *node, struct name_list *list)
-{
-    size_t count;
-    if (!json_expect_array(node, SCENE_SUMMARY_NAMES_MAX, &count))
-        return false;
-    for (size_t i = 0; i < count; i++) {
-        struct json_node element = json_element(node, i);
-        const char *name = "";
-        if (!read_string(&element, &name) || !name_list_add(list, name, node->err))
-            return false;
-    }
-    return true;
-}
 
 /* Each object of the list: its name, and what else read takes from it. */
 static bool read_list(const struct json_node *node,
@@ -329,7 +278,7 @@ static bool read_list(const struct json_node *node,
             return false;
         struct json_node name = json_member(&element, "name");
         const char *text = "";
-        if (!read_string(&name, &text) || !read(&element, text, summary))
+        if (!summary_read_string(&name, &text) || !read(&element, text, summary))
             return false;
     }
     return true;
@@ -340,7 +289,8 @@ static bool read_light(const struct json_node *element, const char *name,
 {
     struct json_node type = json_member(element, "type");
     const char *text = "";
-    return read_string(&type, &text) && scene_summary_add_light(summary, name, text, element->err);
+    return summary_read_string(&type, &text) &&
+           scene_summary_add_light(summary, name, text, element->err);
 }
 
 static bool read_camera(const struct json_node *element, const char *name,
@@ -348,7 +298,8 @@ static bool read_camera(const struct json_node *element, const char *name,
 {
     struct json_node type = json_member(element, "type");
     const char *text = "";
-    return read_string(&type, &text) && scene_summary_add_camera(summary, name, text, element->err);
+    return summary_read_string(&type, &text) &&
+           scene_summary_add_camera(summary, name, text, element->err);
 }
 
 static bool read_animation(const struct json_node *element, const char *name,
@@ -389,23 +340,8 @@ static bool read_parts(const struct json_node *root, struct scene_summary *summa
            json_read_numbers(&max, 3, -DBL_MAX, DBL_MAX, summary->bounds_max) &&
            json_read_uint64(&upload, &summary->upload_bytes) &&
            json_read_uint64(&decoded, &summary->decoded_bytes) &&
-           read_names(&used, &summary->extensions_used) &&
-           read_names(&ignored, &summary->extensions_ignored);
-}
-
-static bool read_created(const struct json_node *node, int64_t *unix_s)
-{
-    if (!node->value)
-        return true;
-    const char *text = "";
-    struct tm utc = {0};
-    if (!read_string(node, &text))
-        return false;
-    const char *end = strptime(text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-    if (!end || *end)
-        return json_refuse(node, ERROR_INVALID_REQUEST, "must be like 2026-01-31T12:00:00Z");
-    *unix_s = timegm(&utc);
-    return true;
+           summary_read_names(&used, &summary->extensions_used) &&
+           summary_read_names(&ignored, &summary->extensions_ignored);
 }
 
 static bool read_summary(const struct json_node *root, struct scene_summary *summary)
@@ -424,20 +360,20 @@ static bool read_summary(const struct json_node *root, struct scene_summary *sum
     struct json_node created = json_member(root, "created");
     struct json_node outline = json_member(root, "outline");
     const char *name_text = NULL;
-    if (name.value && !read_string(&name, &name_text))
+    if (name.value && !summary_read_string(&name, &name_text))
         return false;
     if (name_text && !(summary->name = strdup(name_text)))
         return error_set(root->err, ERROR_NO_MEMORY, "name of a scene");
     return json_read_text(&id, summary->id, sizeof summary->id) && read_counts(root, summary) &&
-           read_names(&materials, &summary->materials) &&
-           read_names(&node_names, &summary->node_names) &&
-           read_names(&file_scenes, &summary->file_scenes) &&
-           read_names(&variants, &summary->variants) &&
+           summary_read_names(&materials, &summary->materials) &&
+           summary_read_names(&node_names, &summary->node_names) &&
+           summary_read_names(&file_scenes, &summary->file_scenes) &&
+           summary_read_names(&variants, &summary->variants) &&
            json_read_uint64(&file_scene, &summary->file_scene) &&
            read_list(&lights, read_light, summary) && read_list(&cameras, read_camera, summary) &&
            read_list(&animations, read_animation, summary) && read_parts(root, summary) &&
-           read_names(&warnings, &summary->warnings) &&
-           read_created(&created, &summary->created_unix_s) &&
+           summary_read_names(&warnings, &summary->warnings) &&
+           summary_read_created(&created, &summary->created_unix_s) &&
            scene_outline_read(&outline, &summary->outline);
 }
 

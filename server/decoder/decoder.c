@@ -14,6 +14,7 @@
 #include "renderer/import/import.h"
 #include "renderer/scene/scene.h"
 #include "server/base/ipc.h"
+#include "server/decoder/environment_job.h"
 #include "server/decoder/sandbox.h"
 #include "server/mapping/scene_mapping.h"
 
@@ -26,10 +27,21 @@ struct decode_work {
     size_t file_count;
 };
 
+/* A map of 1 x 1 texel: HDR is read, but never written. */
+static void warm_up_hdr(void)
+{
+    static const char text[] = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x80\x80\x81";
+    struct image back = {0};
+    if (image_decode(text, sizeof text - 1, &(struct image_decode_desc){.keep_float = true}, &back,
+                     NULL))
+        image_finish(&back);
+}
+
 /* One image of each format goes there and back, so that plugins, locales and threads are in place
  * before the cage forbids to load them. */
 static void warm_up(void)
 {
+    warm_up_hdr();
     for (int format = 0; format < IMAGE_FORMAT_COUNT; format++) {
         bool is_float = format == IMAGE_FORMAT_EXR;
         struct image image = {0}, back = {0};
@@ -117,7 +129,7 @@ static bool set_blob_size(int fd, uint64_t size_bytes, struct error *err)
 }
 
 /* Pixels go to the file as they are decoded; the rest of the blob comes last. */
-static bool decode(const struct decode_work *work, struct error *err)
+static bool decode_scene(const struct decode_work *work, struct error *err)
 {
     void *blob = NULL;
     size_t size_bytes = 0;
@@ -140,6 +152,25 @@ static bool decode(const struct decode_work *work, struct error *err)
     scene_summary_finish(&outcome.summary);
     free(blob);
     return is_good;
+}
+
+static bool decode_environment(const struct decode_work *work, struct error *err)
+{
+    return work->file_count == 1
+               ? environment_job_run(&work->files[0], work->job.fds[FD_BLOB],
+                                     work->job.fds[FD_SUMMARY], err)
+               : error_set(err, ERROR_INTERNAL, "decoder: %zu files of an environment map",
+                           work->file_count);
+}
+
+static bool decode(const struct decode_work *work, struct error *err)
+{
+    const char *kind = json_string_value(json_object_get(work->job.json, "kind"));
+    if (kind && strcmp(kind, "environment") == 0)
+        return decode_environment(work, err);
+    return (kind && strcmp(kind, "scene") == 0)
+               ? decode_scene(work, err)
+               : error_set(err, ERROR_INTERNAL, "decoder: an unknown kind of upload");
 }
 
 /* Takes the reference. */

@@ -9,17 +9,15 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
-#include "protocol/scene_summary.h"
 #include "server/base/child.h"
 #include "server/base/clock.h"
 #include "server/base/ipc.h"
+#include "server/front/decoded_summary.h"
 
 enum {
-    SUMMARY_BYTES_MAX = 64 << 20,
     STOP_CHECK_MS = 100, /* how soon a stop is noticed while a decoder runs */
     PEER_STALL_S = 10,
     CALM_S = 3, /* after a start */
@@ -51,6 +49,11 @@ struct decode_pool {
     atomic_uint_least64_t decoded, refused, crashes, timeouts;
 };
 
+static const struct resource_info *info_of(const struct upload *upload)
+{
+    return resource_info(upload_kind(upload));
+}
+
 static json_t *describe_job(const struct decode_pool *pool, const struct upload *upload)
 {
     size_t count;
@@ -63,9 +66,10 @@ static json_t *describe_job(const struct decode_pool *pool, const struct upload 
             json_decref(list);
             return NULL;
         }
-    return list ? json_pack("{s:o,s:s?,s:I,s:i}", "files", list, "scene", upload_scene(upload),
-                            "memory_bytes", (json_int_t)pool->config->decode_memory_bytes,
-                            "timeout_s", pool->config->decode_timeout_s)
+    return list ? json_pack("{s:s,s:o,s:s?,s:I,s:i}", "kind", info_of(upload)->job, "files", list,
+                            "scene", upload_scene(upload), "memory_bytes",
+                            (json_int_t)pool->config->decode_memory_bytes, "timeout_s",
+                            pool->config->decode_timeout_s)
                 : NULL;
 }
 
@@ -114,7 +118,7 @@ static bool await_result(struct decode_pool *pool, struct child *decoder, int64_
             return error_set(err, ERROR_OVERLOADED, "the server is stopping");
         atomic_fetch_add(&pool->crashes, 1);
         return error_set(err, ERROR_INVALID_SCENE,
-                         "the decoder ended with %s while it read this scene", how);
+                         "the decoder ended with %s while it read this upload", how);
     }
     case ANSWER_MESSAGE:
         break;
@@ -171,7 +175,8 @@ static bool start_decoder(struct decode_pool *pool, struct child *decoder, const
                      : error_set(err, ERROR_INTERNAL, "the decoder does not start");
 }
 
-/* Sends the job and waits. A scene may not take the service's memory for its own want of it. */
+/* Sends the job and waits. An upload may not take the service's memory for its
+ * own want of it. */
 static bool run_decoder(struct decode_pool *pool, const struct upload *upload, int blob_fd,
                         int summary_fd, struct error *err)
 {
@@ -188,51 +193,20 @@ static bool run_decoder(struct decode_pool *pool, const struct upload *upload, i
         child_stop(&decoder, is_good ? 1000 : 0, NULL, 0);
     }
     if (!is_good && err->code == ERROR_NO_MEMORY) {
-        struct error in_scene = {0};
-        error_set(&in_scene, ERROR_INVALID_SCENE,
+        struct error in_upload = {0};
+        error_set(&in_upload, ERROR_INVALID_SCENE,
                   "decoding needs more than the %llu bytes that it may take: %s",
                   (unsigned long long)pool->config->decode_memory_bytes, err->message);
-        *err = in_scene;
+        *err = in_upload;
     }
+    if (!is_good && err->code == ERROR_INVALID_SCENE)
+        err->code = info_of(upload)->broken;
     return is_good;
 }
 
-/* What the front knows better than the decoder. */
-static bool fill_summary(const struct decode_job *job, struct scene_summary *summary,
-                         uint64_t decoded_bytes, struct error *err)
+static struct resource_store *store_of(const struct decode_pool *pool, const struct decode_job *job)
 {
-    const char *name = upload_name(job->upload);
-    memcpy(summary->id, job->id, sizeof summary->id);
-    free(summary->name);
-    summary->name = *name ? strdup(name) : NULL;
-    summary->upload_bytes = upload_size_bytes(job->upload);
-    summary->decoded_bytes = decoded_bytes;
-    summary->created_unix_s = (int64_t)time(NULL);
-    return !*name || summary->name || error_set(err, ERROR_NO_MEMORY, "summary of a scene");
-}
-
-/* The decoder's words are data like any other: parsed by the protocol's reader. A new reference. */
-static json_t *read_summary(const struct decode_job *job, int summary_fd,
-                            const struct resource_draft *draft, struct error *err)
-{
-    struct ipc_mapping text = {0};
-    struct stat blob;
-    struct error unreadable = {0};
-    struct scene_summary summary = {0};
-    json_t *json = NULL;
-    bool is_good = ipc_mapping_init(&text, summary_fd, &unreadable) &&
-                   text.size_bytes <= SUMMARY_BYTES_MAX && fstat(draft->blob_fd, &blob) == 0 &&
-                   blob.st_size > 0 &&
-                   scene_summary_from_json_text(text.bytes, text.size_bytes, &summary, &unreadable);
-    ipc_mapping_finish(&text);
-    if (!is_good)
-        error_set(err, ERROR_INVALID_SCENE, "the decoder left no usable scene: %s",
-                  unreadable.message);
-    else if (fill_summary(job, &summary, (uint64_t)blob.st_size, err) &&
-             !(json = scene_summary_to_json(&summary)))
-        error_set(err, ERROR_NO_MEMORY, "summary of a scene");
-    scene_summary_finish(&summary);
-    return json;
+    return resources_store(pool->resources, upload_kind(job->upload));
 }
 
 static bool fill_job(struct decode_pool *pool, struct decode_job *job, struct error *err)
@@ -241,24 +215,26 @@ static bool fill_job(struct decode_pool *pool, struct decode_job *job, struct er
         return true;
     if (!job->fill(job->context, job->upload, job->id, err))
         return false;
-    job->is_here = resource_store_has(pool->resources->scenes, job->id);
+    job->is_here = resource_store_has(store_of(pool, job), job->id);
     return true;
 }
 
 static bool decode(struct decode_pool *pool, const struct decode_job *job, bool *is_new,
                    struct error *err)
 {
+    struct resource_store *store = store_of(pool, job);
     struct resource_draft draft = {0};
     json_t *summary = NULL;
     int summary_fd = memfd_create("vitrail-summary", MFD_CLOEXEC);
     if (summary_fd < 0)
         return error_set(err, ERROR_NO_MEMORY, "memfd_create: %s", strerror(errno));
-    bool is_good = resource_draft_begin(pool->resources->scenes, &draft, err) &&
-                   run_decoder(pool, job->upload, draft.blob_fd, summary_fd, err) &&
-                   (summary = read_summary(job, summary_fd, &draft, err)) &&
-                   resource_draft_commit(pool->resources->scenes, &draft, summary, is_new, err);
+    bool is_good =
+        resource_draft_begin(store, &draft, err) &&
+        run_decoder(pool, job->upload, draft.blob_fd, summary_fd, err) &&
+        (summary = decoded_summary_read(job->upload, job->id, summary_fd, draft.blob_fd, err)) &&
+        resource_draft_commit(store, &draft, summary, is_new, err);
     json_decref(summary);
-    resource_draft_discard(pool->resources->scenes, &draft);
+    resource_draft_discard(store, &draft);
     close(summary_fd);
     return is_good;
 }
@@ -321,11 +297,12 @@ static void *pool_run(void *argument)
         bool is_new = false;
         int64_t began = now_ms();
         if (!run_job(pool, job, &is_new, &problem))
-            log_write(pool->log, LOG_INFO, "scene %.12s refused after %lld ms: %s", job->id,
-                      (long long)(now_ms() - began), problem.message);
+            log_write(pool->log, LOG_INFO, "%s %.12s refused after %lld ms: %s",
+                      info_of(job->upload)->noun, job->id, (long long)(now_ms() - began),
+                      problem.message);
         else if (!job->is_here)
-            log_write(pool->log, LOG_INFO, "scene %.12s decoded in %lld ms", job->id,
-                      (long long)(now_ms() - began));
+            log_write(pool->log, LOG_INFO, "%s %.12s decoded in %lld ms",
+                      info_of(job->upload)->noun, job->id, (long long)(now_ms() - began));
         finish_job(pool, job, is_new, &problem);
     }
     return NULL;

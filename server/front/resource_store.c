@@ -16,7 +16,7 @@
 enum { JSON_FILE_BYTES = 64 << 20 /* above what the outline of 65,536 nodes takes */ };
 
 struct resource_store {
-    const struct resource_kind *kind;
+    const struct resource_info *info;
     const struct log *log;
     struct state_dir *state;
     int fd;                /* of STATE/scenes or the like */
@@ -52,7 +52,7 @@ static json_t *read_summary(const struct resource_store *store, const char *name
     json_t *summary = NULL, *file = read_json(store->fd, name, "summary", err);
     if (!file)
         return NULL;
-    if (json_integer_value(json_object_get(file, "blob_version")) != store->kind->blob_version)
+    if (json_integer_value(json_object_get(file, "blob_version")) != store->info->blob_version)
         error_set(err, ERROR_IO, "it was decoded by another version of the program");
     else if (!json_is_object(summary = json_object_get(file, "summary")))
         error_set(err, ERROR_IO, "its summary is incomplete");
@@ -62,10 +62,10 @@ static json_t *read_summary(const struct resource_store *store, const char *name
 }
 
 /* The members of a summary that the list shows. */
-static json_t *item_from_summary(const struct resource_kind *kind, const json_t *summary)
+static json_t *item_from_summary(const struct resource_info *info, const json_t *summary)
 {
     json_t *item = json_object();
-    for (const char *const *member = kind->list_members; item && *member; member++) {
+    for (const char *const *member = info->list_members; item && *member; member++) {
         json_t *value = json_object_get(summary, *member);
         if (json_object_set(item, *member, value ? value : json_null()) != 0) {
             json_decref(item);
@@ -97,18 +97,18 @@ static void load(void *context, const char *name)
     char path[96];
     struct stat blob;
     if (!digest_is_text(name))
-        error_set(&problem, ERROR_IO, "not the name of a %s", store->kind->noun);
+        error_set(&problem, ERROR_IO, "not the name of a %s", store->info->noun);
     else if ((summary = read_summary(store, name, &problem))) {
         snprintf(path, sizeof path, "%s/blob", name);
         if (fstatat(store->fd, path, &blob, AT_SYMLINK_NOFOLLOW) != 0 || blob.st_size == 0)
             error_set(&problem, ERROR_IO, "its blob is missing");
-        else if (!index_add(store, name, item_from_summary(store->kind, summary)))
+        else if (!index_add(store, name, item_from_summary(store->info, summary)))
             error_set(&problem, ERROR_NO_MEMORY, "index");
     }
     json_decref(summary);
     if (problem.code == ERROR_NONE)
         return;
-    log_write(store->log, LOG_WARNING, "state directory: %s '%s' is removed: %s", store->kind->noun,
+    log_write(store->log, LOG_WARNING, "state directory: %s '%s' is removed: %s", store->info->noun,
               name, problem.message);
     state_dir_remove(store->fd, name);
 }
@@ -126,18 +126,18 @@ struct resource_store *resource_store_create(const struct resource_store_desc *d
 {
     struct resource_store *store = calloc(1, sizeof *store);
     if (!store) {
-        error_set(err, ERROR_NO_MEMORY, "store of %ss", desc->kind->noun);
+        error_set(err, ERROR_NO_MEMORY, "store of %ss", resource_info(desc->kind)->noun);
         return NULL;
     }
-    store->kind = desc->kind;
+    store->info = resource_info(desc->kind);
     store->log = desc->log;
     store->state = desc->state;
     pthread_mutex_init(&store->mutex, NULL);
     pthread_mutex_init(&store->use_mutex, NULL);
-    store->fd = state_dir_open(store->state, store->kind->folder, err);
+    store->fd = state_dir_open(store->state, store->info->folder, err);
     store->index = json_object();
     if (!store->index)
-        error_set(err, ERROR_NO_MEMORY, "index of %ss", desc->kind->noun);
+        error_set(err, ERROR_NO_MEMORY, "index of %ss", store->info->noun);
     if (store->index && store->fd >= 0 && state_dir_for_each(store->fd, load, store, err))
         return store;
     resource_store_destroy(store);
@@ -173,7 +173,7 @@ bool resource_draft_begin(struct resource_store *store, struct resource_draft *d
                                 O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (draft->blob_fd >= 0)
         return true;
-    error_set(err, ERROR_IO, "new %s: %s", store->kind->noun, strerror(errno));
+    error_set(err, ERROR_IO, "new %s: %s", store->info->noun, strerror(errno));
     resource_draft_discard(store, draft);
     return false;
 }
@@ -192,7 +192,7 @@ static bool write_json(struct resource_store *store, const char *path, const cha
                        const json_t *json, struct error *err)
 {
     char what[64];
-    snprintf(what, sizeof what, "%s of a %s", file, store->kind->noun);
+    snprintf(what, sizeof what, "%s of a %s", file, store->info->noun);
     return state_dir_write_json(store->state, path, what, json, err);
 }
 
@@ -203,7 +203,7 @@ static bool write_summary(struct resource_store *store, const char *draft, json_
     json_t *outline = json_incref(json_object_get(summary, "outline"));
     json_object_del(summary, "outline");
     json_t *file =
-        json_pack("{s:i,s:O}", "blob_version", store->kind->blob_version, "summary", summary);
+        json_pack("{s:i,s:O}", "blob_version", store->info->blob_version, "summary", summary);
     char outline_path[64], summary_path[64];
     snprintf(outline_path, sizeof outline_path, "%s/outline.json", draft);
     snprintf(summary_path, sizeof summary_path, "%s/summary.json", draft);
@@ -222,7 +222,7 @@ static bool sync_draft(struct resource_store *store, const struct resource_draft
         openat(state_dir_tmp_fd(store->state), draft->name, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     bool is_good = fd >= 0 && fsync(draft->blob_fd) == 0 && fsync(fd) == 0;
     if (!is_good)
-        error_set(err, ERROR_IO, "saving a %s: %s", store->kind->noun, strerror(errno));
+        error_set(err, ERROR_IO, "saving a %s: %s", store->info->noun, strerror(errno));
     if (fd >= 0)
         close(fd);
     return is_good;
@@ -240,13 +240,13 @@ static bool publish(struct resource_store *store, struct resource_draft *draft, 
     } else if (json_object_size(store->index) >= RESOURCES_STORED_MAX) {
         is_good =
             error_set(err, ERROR_TOO_LARGE, "%d %ss are stored, which is the limit: delete some",
-                      RESOURCES_STORED_MAX, store->kind->noun);
+                      RESOURCES_STORED_MAX, store->info->noun);
     } else if (renameat(state_dir_tmp_fd(store->state), draft->name, store->fd, id) != 0) {
         is_good =
-            error_set(err, ERROR_IO, "publishing a %s: %s", store->kind->noun, strerror(errno));
+            error_set(err, ERROR_IO, "publishing a %s: %s", store->info->noun, strerror(errno));
     } else if (fsync(store->fd) != 0 || !index_add(store, id, json_incref(item))) {
         is_good =
-            error_set(err, ERROR_IO, "publishing a %s: %s", store->kind->noun, strerror(errno));
+            error_set(err, ERROR_IO, "publishing a %s: %s", store->info->noun, strerror(errno));
         state_dir_remove(store->fd, id);
     } else {
         *is_new = true;
@@ -259,11 +259,11 @@ bool resource_draft_commit(struct resource_store *store, struct resource_draft *
                            json_t *summary, bool *is_new, struct error *err)
 {
     const char *id = json_string_value(json_object_get(summary, "id"));
-    json_t *item = id ? item_from_summary(store->kind, summary) : NULL;
+    json_t *item = id ? item_from_summary(store->info, summary) : NULL;
     bool is_good = item ? write_summary(store, draft->name, summary, err) &&
                               sync_draft(store, draft, err) &&
                               publish(store, draft, id, item, is_new, err)
-                        : error_set(err, ERROR_NO_MEMORY, "summary of a %s", store->kind->noun);
+                        : error_set(err, ERROR_NO_MEMORY, "summary of a %s", store->info->noun);
     json_decref(item);
     return is_good;
 }
@@ -278,7 +278,7 @@ bool resource_store_has(struct resource_store *store, const char *id)
 
 static bool not_found(const struct resource_store *store, const char *id, struct error *err)
 {
-    return error_set(err, ERROR_NOT_FOUND, "there is no %s '%.64s'", store->kind->noun, id);
+    return error_set(err, ERROR_NOT_FOUND, "there is no %s '%.64s'", store->info->noun, id);
 }
 
 int resource_store_open_blob(struct resource_store *store, const char *id, struct error *err)
@@ -330,10 +330,10 @@ static bool replace_summary(struct resource_store *store, const char *id, const 
     state_dir_make_name(store->state, "summary", draft, sizeof draft);
     snprintf(path, sizeof path, "%.64s/summary.json", id);
     json_t *file =
-        json_pack("{s:i,s:O}", "blob_version", store->kind->blob_version, "summary", summary);
+        json_pack("{s:i,s:O}", "blob_version", store->info->blob_version, "summary", summary);
     bool is_good = write_json(store, draft, "summary", file, err);
     if (is_good && renameat(state_dir_tmp_fd(store->state), draft, store->fd, path) != 0)
-        is_good = error_set(err, ERROR_IO, "renaming a %s: %s", store->kind->noun, strerror(errno));
+        is_good = error_set(err, ERROR_IO, "renaming a %s: %s", store->info->noun, strerror(errno));
     if (!is_good)
         unlinkat(state_dir_tmp_fd(store->state), draft, 0);
     json_decref(file);
@@ -351,7 +351,7 @@ bool resource_store_rename(struct resource_store *store, const char *id, const c
     if (!item)
         not_found(store, id, &problem);
     else if (summary && json_object_set(summary, "name", text) != 0)
-        error_set(&problem, ERROR_NO_MEMORY, "name of a %s", store->kind->noun);
+        error_set(&problem, ERROR_NO_MEMORY, "name of a %s", store->info->noun);
     else if (summary && replace_summary(store, id, summary, &problem))
         json_object_set(item, "name", text);
     pthread_mutex_unlock(&store->mutex);
@@ -382,7 +382,7 @@ bool resource_store_remove(struct resource_store *store, const char *id, struct 
     if (!item) {
         is_good = not_found(store, id, err);
     } else if (renameat(store->fd, id, state_dir_tmp_fd(store->state), name) != 0) {
-        is_good = error_set(err, ERROR_IO, "removing a %s: %s", store->kind->noun, strerror(errno));
+        is_good = error_set(err, ERROR_IO, "removing a %s: %s", store->info->noun, strerror(errno));
     } else {
         store->decoded_bytes -= item_bytes(item);
         json_object_del(store->index, id);

@@ -17,23 +17,17 @@
 #include "protocol/error.h"
 #include "server/base/digest.h"
 #include "server/base/log.h"
+#include "server/front/resource_kind.h"
 #include "server/front/state_dir.h"
 
 enum { RESOURCES_STORED_MAX = 65536 /* of a kind; their list still fits one reply */ };
 
-struct resource_kind {
-    const char *noun;                /* in messages: "scene" */
-    const char *folder;              /* in the state directory */
-    int blob_version;                /* what is stored with another one is removed */
-    const char *const *list_members; /* of a summary; those that the list shows; ended by NULL */
-};
-
 struct resource_store;
 
-struct resource_store_desc { /* all required, borrowed */
+struct resource_store_desc { /* all required; borrowed */
     struct state_dir *state;
-    const struct resource_kind *kind;
     const struct log *log;
+    enum resource_kind kind;
 };
 /* Reads what is there; what has another blob version or is half written is removed with a warning.
  */

@@ -17,6 +17,7 @@
 enum { FILE_ALIGNMENT = 16 /* readers may map the spool and read words */ };
 
 struct upload {
+    enum resource_kind kind;
     int fd;
     struct digest *digest;
     struct multipart *multipart; /* NULL when the body is the file */
@@ -24,9 +25,9 @@ struct upload {
     uint64_t end_bytes; /* of the spool */
     struct upload_file *files;
     size_t count, capacity;
-    char magic[4]; /* first bytes of the body */
-    char *name;    /* owned; what the scene is to be called, NULL: as its file */
-    char *scene;   /* owned; which of the file, NULL: its own choice */
+    char magic[10]; /* first bytes of the body */
+    char *name;     /* owned; what it is to be called, NULL: as its file */
+    char *scene;    /* owned; which of the file, NULL: its own choice */
 };
 
 static bool spool_write(struct upload *upload, const void *bytes, size_t size_bytes,
@@ -145,7 +146,20 @@ static bool on_part_end(void *context, struct error *err)
 
 /* ---- life ---- */
 
-static bool choose_reader(struct upload *upload, const char *content_type, struct error *err)
+static bool choose_map_reader(struct upload *upload, const char *content_type, struct error *err)
+{
+    static const char *const types[] = {"image/vnd.radiance", "image/x-exr",
+                                        "application/octet-stream"};
+    for (size_t i = 0; i < sizeof types / sizeof *types; i++)
+        if (negotiate_is_type(content_type, types[i]))
+            return add_file(upload, "", err);
+    return error_set(err, ERROR_UNSUPPORTED_MEDIA_TYPE,
+                     "Content-Type '%.80s': an environment map is image/vnd.radiance, image/x-exr "
+                     "or application/octet-stream",
+                     content_type ? content_type : "");
+}
+
+static bool choose_scene_reader(struct upload *upload, const char *content_type, struct error *err)
 {
     upload->must_be_glb = negotiate_is_type(content_type, "application/octet-stream");
     if (negotiate_is_type(content_type, "multipart/form-data")) {
@@ -167,14 +181,18 @@ static bool choose_reader(struct upload *upload, const char *content_type, struc
                                                                   name */
 }
 
-struct upload *upload_create(const char *content_type, int spool_fd, struct error *err)
+struct upload *upload_create(enum resource_kind kind, const char *content_type, int spool_fd,
+                             struct error *err)
 {
+    bool (*choose_reader)(struct upload * upload, const char *content_type, struct error *err) =
+        kind == RESOURCE_SCENE ? choose_scene_reader : choose_map_reader;
     struct upload *upload = calloc(1, sizeof *upload);
     if (!upload) {
         close(spool_fd);
         error_set(err, ERROR_NO_MEMORY, "upload");
         return NULL;
     }
+    upload->kind = kind;
     upload->fd = spool_fd;
     upload->digest = digest_create(err);
     if (!upload->digest || !choose_reader(upload, content_type, err)) {
@@ -246,6 +264,21 @@ static void digest_scene(struct upload *upload, char id[DIGEST_TEXT_BYTES])
     digest_end(upload->digest, id);
 }
 
+/* By the first bytes, where the type of the body leaves that open. */
+static bool check_magic(const struct upload *upload, struct error *err)
+{
+    if (upload->must_be_glb && memcmp(upload->magic, "glTF", 4) != 0)
+        return error_set(err, ERROR_UNSUPPORTED_MEDIA_TYPE,
+                         "application/octet-stream is taken for binary glTF, but this is none");
+    return upload->kind == RESOURCE_SCENE || upload->end_bytes == 0 ||
+           memcmp(upload->magic, "#?RADIANCE", 10) == 0 ||
+           memcmp(upload->magic, "#?RGBE", 6) == 0 ||
+           memcmp(upload->magic, "\x76\x2F\x31\x01", 4) == 0 ||
+           error_set(err, ERROR_UNSUPPORTED_MEDIA_TYPE,
+                     "an environment map is Radiance HDR or OpenEXR, and begins with '#?RADIANCE', "
+                     "'#?RGBE' or 76 2F 31 01; this file does not");
+}
+
 bool upload_end(struct upload *upload, char id[DIGEST_TEXT_BYTES], struct error *err)
 {
     if (upload->multipart) {
@@ -253,14 +286,13 @@ bool upload_end(struct upload *upload, char id[DIGEST_TEXT_BYTES], struct error 
             return false;
     } else {
         end_file(upload);
-        if (upload->must_be_glb && memcmp(upload->magic, "glTF", 4) != 0)
-            return error_set(err, ERROR_UNSUPPORTED_MEDIA_TYPE,
-                             "application/octet-stream is taken for binary glTF, but this is none");
+        if (!check_magic(upload, err))
+            return false;
     }
     if (upload->count == 0)
         return error_set(err, ERROR_INVALID_REQUEST, "multipart: the body holds no file");
     if (upload_size_bytes(upload) == 0)
-        return error_set(err, ERROR_INVALID_SCENE, "the upload is empty");
+        return error_set(err, resource_info(upload->kind)->broken, "the upload is empty");
     if (upload->count == 1)
         memcpy(id, upload->files[0].sha256, DIGEST_TEXT_BYTES);
     else if (!digest_manifest(upload, id, err))
@@ -268,6 +300,11 @@ bool upload_end(struct upload *upload, char id[DIGEST_TEXT_BYTES], struct error 
     if (upload->scene)
         digest_scene(upload, id);
     return true;
+}
+
+enum resource_kind upload_kind(const struct upload *upload)
+{
+    return upload->kind;
 }
 
 int upload_fd(const struct upload *upload)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* One upload on its way to a scene: streamed into an unnamed file, hashed as it comes, never whole
- * in memory. Thread: any, one upload on one thread at a time.
+/* One upload on its way to a scene or an environment map: streamed into an unnamed file, hashed as
+ * it comes, never whole in memory. Thread: any, one upload on one thread at a time.
  *
  * The id of what was uploaded: a single file has the SHA-256 of its bytes. Several files have the
  * SHA-256 of a manifest: the line "vitrail-scene-1", then for each file, sorted by the bytes of its
@@ -16,6 +16,7 @@
 
 #include "protocol/error.h"
 #include "server/base/digest.h"
+#include "server/front/resource_kind.h"
 
 struct upload_file {
     char *name; /* owned by the upload; relative, '/' separated; "" when the body was the file */
@@ -26,10 +27,13 @@ struct upload_file {
 
 struct upload;
 
-/* Takes spool_fd, also on failure. content_type chooses how the body is read: model/gltf-binary,
- * model/gltf+json, application/octet-stream (a GLB by its first bytes) or multipart/form-data; else
+/* Takes spool_fd, also on failure. content_type chooses how the body is read: of a scene
+ * model/gltf-binary, model/gltf+json, application/octet-stream (a GLB by its first bytes) or
+ * multipart/form-data; of an environment map image/vnd.radiance, image/x-exr or
+ * application/octet-stream, each an HDR or EXR by its first bytes; else
  * ERROR_UNSUPPORTED_MEDIA_TYPE. */
-struct upload *upload_create(const char *content_type, int spool_fd, struct error *err);
+struct upload *upload_create(enum resource_kind kind, const char *content_type, int spool_fd,
+                             struct error *err);
 void upload_destroy(struct upload *upload); /* accepts NULL */
 
 /* For http_body_sink. */
@@ -38,11 +42,12 @@ MUST_CHECK bool upload_write(void *upload, const void *bytes, size_t size_bytes,
 /* The body is over: checks that it is whole and works out its id. */
 MUST_CHECK bool upload_end(struct upload *upload, char id[DIGEST_TEXT_BYTES], struct error *err);
 
+enum resource_kind upload_kind(const struct upload *upload);
 /* After upload_end. Borrowed. */
 int upload_fd(const struct upload *upload);
 const struct upload_file *upload_files(const struct upload *upload, size_t *count);
 uint64_t upload_size_bytes(const struct upload *upload); /* of all files */
-/* Sets the name of the scene; copied. */
+/* Sets what it is called; copied. */
 MUST_CHECK bool upload_set_name(struct upload *upload, const char *name, struct error *err);
 /* Chooses the scene of the file; copied. Before upload_end. */
 MUST_CHECK bool upload_choose_scene(struct upload *upload, const char *scene, struct error *err);

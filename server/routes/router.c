@@ -40,9 +40,9 @@ static bool path_matches(const char *template, const char *path, char id[ID_BYTE
 static void find_route(struct routed *routed, const char *path)
 {
     const struct route *const tables[] = {
-        routes_scenes,      routes_renders,  routes_service,     routes_page,
-        routes_tradeoffs,   routes_views,    routes_view_images, routes_view_streams,
-        routes_view_socket, routes_view_pick};
+        routes_scenes,       routes_environments, routes_renders,  routes_service,
+        routes_page,         routes_tradeoffs,    routes_views,    routes_view_images,
+        routes_view_streams, routes_view_socket,  routes_view_pick};
     for (size_t t = 0; t < sizeof tables / sizeof tables[0]; t++)
         for (const struct route *route = tables[t]; route->path; route++)
             if (path_matches(route->path, path, routed->id)) {

@@ -25,9 +25,9 @@ struct route {
 };
 
 /* Tables of the route files, each ended by a zeroed entry. */
-extern const struct route routes_scenes[], routes_renders[], routes_service[], routes_page[],
-    routes_tradeoffs[], routes_views[], routes_view_images[], routes_view_streams[],
-    routes_view_socket[], routes_view_pick[];
+extern const struct route routes_scenes[], routes_environments[], routes_renders[],
+    routes_service[], routes_page[], routes_tradeoffs[], routes_views[], routes_view_images[],
+    routes_view_streams[], routes_view_socket[], routes_view_pick[];
 
 struct http_service router_service(struct service *service);
 

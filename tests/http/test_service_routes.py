@@ -17,6 +17,7 @@ GETS = (
     "/v1/stats",
     "/v1/capabilities",
     "/v1/scenes",
+    "/v1/environments",
     "/v1/views",
     "/v1/tradeoffs",
 )
@@ -46,6 +47,8 @@ class Routes(support.ServiceTest):
             "/v1/scenes": "OPTIONS, GET, HEAD, POST",
             "/v1/scenes/demo": "OPTIONS, POST",
             "/v1/scenes/" + "0" * 64: "OPTIONS, GET, HEAD, PATCH, DELETE",
+            "/v1/environments": "OPTIONS, GET, HEAD, POST",
+            "/v1/environments/" + "0" * 64: "OPTIONS, GET, HEAD, PATCH, DELETE",
             "/v1/renders": "OPTIONS, POST",
             "/v1/renders/one": "OPTIONS, GET, HEAD",
             "/v1/tradeoffs": "OPTIONS, GET, HEAD, POST",

@@ -50,7 +50,7 @@ ROOMS = {
     "renderer/base": "",
     "renderer/image": "",
     "renderer/accuracy": "renderer/image",
-    "renderer/environment": "",
+    "renderer/environment": "renderer/image",
     "renderer/scene/scene_blob.h": "",
     "renderer/frame_report": "",
     "renderer/view.h": "renderer/image renderer/scene/scene_blob.h",
@@ -100,7 +100,7 @@ ROOMS = {
     "server/http": "server/base renderer/image/image.h",
     "server/front":
         "server/base server/mapping server/http renderer/base renderer/image/image.h"
-        " renderer/scene/scene_blob.h",
+        " renderer/scene/scene_blob.h renderer/environment/environment_blob.h",
     "server/tradeoffs": "server/base server/mapping server/front",
     "server/views":
         "server/base server/http server/front server/tradeoffs renderer/image/image.h",
@@ -109,8 +109,8 @@ ROOMS = {
         " renderer/import/extensions.h",
     # the decoder
     "server/decoder":
-        "server/base server/mapping renderer/image/image.h renderer/import/import.h"
-        " renderer/scene/scene.h",
+        "server/base server/mapping renderer/environment renderer/image/image.h"
+        " renderer/import/import.h renderer/scene/scene.h",
     # the worker
     "server/worker": "server/base server/mapping renderer",
     "server/main.c": "server/base server/routes server/decoder server/worker",
@@ -122,7 +122,7 @@ GL = {"epoxy", "renderer/gl", "renderer/textures", "renderer/draw", "renderer/wi
 HTTP = {"microhttpd.h", "wslay", "server/http"}
 FRONT = {"server/front", "server/tradeoffs", "server/views", "server/routes"}
 DECODING = {"server/decoder", "tiny_gltf.h", "renderer/import/import.h",
-            "renderer/import/importer.h"}
+            "renderer/import/importer.h", "renderer/environment/environment_import.h"}
 
 # rooms of a process -> what is never reached from there: by an include, or by one of an included
 # header, or of the file of server/ behind such a header
