@@ -379,7 +379,7 @@ static bool is_exact(const struct opened_view *opened, const struct frame_report
     const struct shadow_needs *shadows = &opened->plan->shadows;
     if (!plan->requirements[PLAN_NEED_COLOR].is_met || quality->shadows == SHADOWS_NONE)
         return false;
-    if (report->compression.maps)
+    if (report->compression.maps || view_has_environment(&opened->view))
         return false;
     for (size_t i = 0; i < shadows->light_count; i++) {
         const struct shadow_need *light = &shadows->lights[i];

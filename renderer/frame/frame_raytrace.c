@@ -49,7 +49,7 @@ static void report_trace(const struct raytrace_stats *stats, const struct view *
     report->counts.shadowed_lights = count_casting(view, state);
     report->counts.lookups += stats->shadow_rays;
     report->counts.shadow_rays += stats->shadow_rays;
-    report->error_is_exact = scene_state_area_lights(state) == 0;
+    report->error_is_exact = scene_state_area_lights(state) == 0 && !view_has_environment(view);
 }
 
 void frame_drop_other_traced(struct frame_context *context, const char *scene_key)

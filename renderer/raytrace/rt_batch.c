@@ -19,8 +19,7 @@ static const double SAME_PLANE_PX = 0.25; /* what lies farther off is another la
 bool rt_batch_init(struct rt_batch *batch, const struct rt_batch_desc *desc, struct error *err)
 {
     batch->desc = *desc;
-    batch->light_counts =
-        calloc(2 * desc->scene->state->light_count + 1, sizeof *batch->light_counts);
+    batch->light_counts = calloc(2 * rt_batch_light_slots(batch), sizeof *batch->light_counts);
     batch->jobs = calloc(RT_BATCH_JOBS_MAX, sizeof *batch->jobs);
     batch->sorted = calloc(RT_BATCH_JOBS_MAX, sizeof *batch->sorted);
     batch->blocks = calloc(1, sizeof *batch->blocks);

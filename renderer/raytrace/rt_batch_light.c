@@ -3,6 +3,7 @@
 #include "renderer/raytrace/rt_batch_light.h"
 
 #include "renderer/base/matrix.h"
+#include "renderer/raytrace/rt_environment.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_light.h"
 #include "renderer/raytrace/rt_math.h"
@@ -95,7 +96,7 @@ static void trace_jobs(struct rt_batch *batch, const uint32_t *numbers, size_t c
 static void sort_jobs(struct rt_batch *batch, uint32_t *counts)
 {
     uint32_t first = 0;
-    for (size_t i = 0; i < 2 * batch->desc.scene->state->light_count; i++) {
+    for (size_t i = 0; i < 2 * rt_batch_light_slots(batch); i++) {
         uint32_t count = counts[i];
         counts[i] = first;
         first += count;
@@ -108,7 +109,7 @@ static void sort_jobs(struct rt_batch *batch, uint32_t *counts)
 
 static void flush_jobs(struct rt_batch *batch)
 {
-    size_t lights = batch->desc.scene->state->light_count;
+    size_t lights = rt_batch_light_slots(batch);
     uint32_t *counts = batch->light_counts;
     sort_jobs(batch, counts);
     batch->is_cancelled = rt_job_is_cancelled(batch->desc.job);
@@ -122,7 +123,18 @@ static void flush_jobs(struct rt_batch *batch)
     batch->job_count = 0;
 }
 
-/* What the light adds to the surface, at once or after its shadow ray. job: all but its weight. */
+/* What a light adds to the surface, at once or after its shadow ray. */
+static void send(struct rt_batch *batch, const struct rt_ray_job *job, bool casts_shadow)
+{
+    if (!casts_shadow || batch->desc.view->quality.shadows == SHADOWS_NONE) {
+        add_light(&batch->shadings[job->fragment], job, (const double[3]){1, 1, 1});
+        return;
+    }
+    batch->light_counts[2 * (size_t)job->light + job->is_transparent]++;
+    batch->job_count++; /* it is in its place */
+}
+
+/* job: all but its weight. */
 static void ask(struct rt_batch *batch, const struct lit *lit, struct rt_ray_job *job, double gain)
 {
     const struct rt_light_record *record = &batch->desc.light_set->records[job->light];
@@ -132,12 +144,7 @@ static void ask(struct rt_batch *batch, const struct lit *lit, struct rt_ray_job
         return;
     for (int k = 0; k < 3; k++)
         job->weight[k] = (float)(reflected[k] * gain * (double)record->color[k]);
-    if (!record->casts_shadow || batch->desc.view->quality.shadows == SHADOWS_NONE) {
-        add_light(&batch->shadings[job->fragment], job, (const double[3]){1, 1, 1});
-        return;
-    }
-    batch->light_counts[2 * (size_t)job->light + job->is_transparent]++;
-    batch->job_count++; /* it is in its place */
+    send(batch, job, record->casts_shadow);
 }
 
 /* Where the next job goes. */
@@ -207,6 +214,31 @@ static void ask_lights(struct rt_batch *batch, const struct lit *lit)
         batch->lights_reaching += reaching;
         for (size_t i = 0; i < count; i++)
             ask_light(batch, lit, lights[i], point);
+    }
+}
+
+static void ask_environment(struct rt_batch *batch, const struct lit *lit)
+{
+    const struct environment_light *light = batch->desc.environment;
+    const uint32_t slot = (uint32_t)rt_batch_light_slots(batch) - 1;
+    const uint32_t count = rt_environment_count(light, &batch->desc.view->quality);
+    struct rt_environment_sampler sampler;
+    if (!count)
+        return;
+    rt_environment_begin(&sampler, light, lit->reflector, count,
+                         rt_job_seed(lit->fragment->x, lit->fragment->y, 0) + slot);
+    for (uint32_t i = 0; i < count; i++) {
+        double l[3], arriving[3], reflected[3];
+        if (!rt_environment_draw(&sampler, i, l, arriving) ||
+            !rt_reflect(lit->reflector, l, reflected))
+            continue;
+        struct rt_ray_job *job = begin_job(batch, lit, slot);
+        job->distance_m = INFINITY;
+        for (int k = 0; k < 3; k++) {
+            job->direction[k] = (float)l[k];
+            job->weight[k] = (float)(reflected[k] * arriving[k]);
+        }
+        send(batch, job, true);
     }
 }
 
@@ -311,6 +343,7 @@ static void begin_fragment(struct rt_batch *batch, uint32_t index)
         rt_reflect_hemisphere(state, &reflector, &surface, shading->radiance);
     start_rays(batch, &lit, normal);
     ask_lights(batch, &lit);
+    ask_environment(batch, &lit);
 }
 
 void rt_batch_light(struct rt_batch *batch, uint32_t first)

@@ -47,6 +47,13 @@ static double unit_interval(uint32_t x)
     return (x + 0.5) * 0x1p-32;
 }
 
+void rt_sequence_point(uint32_t index, uint32_t seed, double xy[2])
+{
+    uint32_t turn = scatter_bits(seed + 0x9e3779b9u);
+    xy[0] = unit_interval(reverse_bits(index) ^ turn);
+    xy[1] = unit_interval(sobol_second(index) ^ scatter_bits(turn));
+}
+
 static void square_to_disk(double xy[2])
 {
     double a = 2 * xy[0] - 1, b = 2 * xy[1] - 1;
@@ -76,9 +83,8 @@ void rt_light_sample_point(const struct state_light *light, const struct rt_ligh
     memcpy(point, light->position, 3 * sizeof *point);
     if (!state_light_is_area(light) || sample->count <= 1)
         return;
-    uint32_t turn = scatter_bits(sample->seed + 0x9e3779b9u);
-    double xy[2] = {unit_interval(reverse_bits(sample->index) ^ turn),
-                    unit_interval(sobol_second(sample->index) ^ scatter_bits(turn))};
+    double xy[2];
+    rt_sequence_point(sample->index, sample->seed, xy);
     rt_light_place(light, xy, point);
 }
 

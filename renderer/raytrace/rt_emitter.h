@@ -26,11 +26,14 @@ uint32_t rt_light_sample_count(const struct state_light *light, const struct vie
  * areas of the light. */
 void rt_light_place(const struct state_light *light, const double unit[2], double point[3]);
 
-/* The sample-th point of an area light (world; its centre for others): the first two dimensions of
- * Sobol's sequence (Sobol 1967), every power of two of whose points has one in each elementary
- * interval, scrambled by random digits (Kollig and Keller 2002, "Efficient Multidimensional
- * Sampling"), and mapped to the disk by Shirley and Chiu 1997, "A Low Distortion Map Between Disk
- * and Square". */
+/* The index-th point of the unit square, in (0, 1): the first two dimensions of Sobol's sequence
+ * (Sobol 1967), every power of two of whose points has one in each elementary interval, scrambled
+ * by random digits (Kollig and Keller 2002, "Efficient Multidimensional Sampling"). Equal seeds
+ * give equal points. */
+void rt_sequence_point(uint32_t index, uint32_t seed, double xy[2]);
+
+/* The sample-th point of an area light (world; its centre for others): rt_sequence_point, mapped to
+ * the disk by Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square". */
 void rt_light_sample_point(const struct state_light *light, const struct rt_light_sample *sample,
                            double point[3]);
 

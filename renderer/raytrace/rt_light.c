@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "renderer/base/matrix.h"
+#include "renderer/raytrace/rt_environment.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_reflect.h"
 #include "renderer/raytrace/rt_terminator.h"
@@ -91,6 +92,30 @@ static void add_arrival(struct rt_lighting *lighting, const struct state_light *
         out[k] += reflected[k] * transmittance[k] * arrival->gain * (double)light->color[k];
 }
 
+static void add_environment(struct rt_lighting *lighting, const struct rt_hit *hit,
+                            const struct rt_reflector *reflector, const double point[3],
+                            double out[3])
+{
+    const struct view_quality *quality = &lighting->view->quality;
+    struct rt_environment_sampler sampler;
+    uint32_t count = rt_environment_count(lighting->environment, quality);
+    if (!count)
+        return;
+    rt_environment_begin(&sampler, lighting->environment, reflector, count,
+                         lighting->seed + (uint32_t)lighting->scene->state->light_count);
+    for (uint32_t i = 0; i < count; i++) {
+        struct rt_arrival arrival = {.distance_m = INFINITY, .gain = 1};
+        double arriving[3], reflected[3], transmittance[3] = {1, 1, 1};
+        if (!rt_environment_draw(&sampler, i, arrival.direction, arriving) ||
+            !rt_reflect(reflector, arrival.direction, reflected))
+            continue;
+        if (quality->shadows != SHADOWS_NONE)
+            rt_transmittance(lighting, &arrival, point, hit, transmittance);
+        for (int k = 0; k < 3; k++)
+            out[k] += reflected[k] * transmittance[k] * arriving[k];
+    }
+}
+
 void rt_radiance(struct rt_lighting *lighting, const struct rt_hit *hit,
                  const struct rt_surface *surface, const double point[3], const double view[3],
                  double out[3])
@@ -117,4 +142,5 @@ void rt_radiance(struct rt_lighting *lighting, const struct rt_hit *hit,
             add_arrival(lighting, light, &arrival, hit, &reflector, point, out);
         }
     }
+    add_environment(lighting, hit, &reflector, point, out);
 }

@@ -13,7 +13,8 @@
 struct rt_lighting {
     const struct rt_scene *scene;
     const struct view *view;
-    struct rt_hits shadow_hits; /* scratch of one thread; owned */
+    const struct environment_light *environment; /* may be NULL */
+    struct rt_hits shadow_hits;                  /* scratch of one thread; owned */
     uint64_t shadow_rays;
     uint32_t seed;       /* of the sequences on area lights; set per camera ray */
     bool has_overflowed; /* more surfaces on a ray than RT_HITS_MAX */

@@ -104,6 +104,7 @@ static bool tracer_init(void *worker, struct rt_job *job, struct error *err)
     if (!rt_hits_init(&tracer->hits, err) ||
         !rt_lighting_init(&tracer->lighting, job->scene, job->desc->view, err))
         return false;
+    tracer->lighting.environment = job->desc->environment;
     struct rt_ray ray;
     rt_job_camera_ray(job, 0, 0, &ray);
     rt_media_at(job->scene, ray.origin, &tracer->hits, tracer->eye_sigma);
