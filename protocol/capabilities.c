@@ -402,6 +402,8 @@ static json_t *write_techniques(void)
     json_put(&parameters, "samples", write_parameter(1, 256, quality->samples, samples));
     json_put(&parameters, "area_samples",
              write_parameter(1, LIMIT_AREA_SAMPLES, quality->area_samples, NULL));
+    json_put(&parameters, "environment_samples",
+             write_parameter(1, LIMIT_ENVIRONMENT_SAMPLES, quality->environment_samples, NULL));
     json_put(&writer, "parameters", json_writer_take(&parameters));
     return json_writer_take(&writer);
 }

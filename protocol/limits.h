@@ -17,18 +17,19 @@ enum limits {
     LIMIT_PARTS = 256,                      /* other scenes in one request */
     LIMIT_PART_SCENES = 16,                 /* different ones: each an open file of a message */
     LIMIT_PART_NAME_BYTES = 256,
-    LIMIT_CLIP_PLANES = 8,           /* GL_MAX_CLIP_DISTANCES is at least 8 */
-    LIMIT_NAME_BYTES = 1024,         /* node, material, camera names in requests */
-    LIMIT_UPLOAD_FILES = 1024,       /* parts of one multipart upload */
-    LIMIT_FILE_NAME_BYTES = 512,     /* relative path of one uploaded file */
-    LIMIT_JSON_DEPTH = 32,           /* nesting of a request body */
-    LIMIT_JSON_CONTAINERS = 1 << 20, /* in a body: 786,440 hold every list above at its cap */
-    LIMIT_JSON_VALUES = 6 << 20,     /* in a body: 4.6 Mi hold the same; some 32 bytes each */
-    LIMIT_AREA_SAMPLES = 4096,       /* per area light and point: errors below 1e-3 */
-    LIMIT_OUTPUTS = 10,              /* outputs of one render */
-    LIMIT_FRAMES_KEPT = 1024,        /* frame reports kept for /v1/frames/{id} */
-    LIMIT_TRADEOFFS_KEPT = 128,      /* with their rows, some 90 KiB of memory each */
-    LIMIT_TRADEOFFS_WAITING = 16,    /* each may take an hour; more are a 503 */
+    LIMIT_CLIP_PLANES = 8,            /* GL_MAX_CLIP_DISTANCES is at least 8 */
+    LIMIT_NAME_BYTES = 1024,          /* node, material, camera names in requests */
+    LIMIT_UPLOAD_FILES = 1024,        /* parts of one multipart upload */
+    LIMIT_FILE_NAME_BYTES = 512,      /* relative path of one uploaded file */
+    LIMIT_JSON_DEPTH = 32,            /* nesting of a request body */
+    LIMIT_JSON_CONTAINERS = 1 << 20,  /* in a body: 786,440 hold every list above at its cap */
+    LIMIT_JSON_VALUES = 6 << 20,      /* in a body: 4.6 Mi hold the same; some 32 bytes each */
+    LIMIT_AREA_SAMPLES = 4096,        /* per area light and point: errors below 1e-3 */
+    LIMIT_ENVIRONMENT_SAMPLES = 4096, /* towards an environment map per point; same reason */
+    LIMIT_OUTPUTS = 10,               /* outputs of one render */
+    LIMIT_FRAMES_KEPT = 1024,         /* frame reports kept for /v1/frames/{id} */
+    LIMIT_TRADEOFFS_KEPT = 128,       /* with their rows, some 90 KiB of memory each */
+    LIMIT_TRADEOFFS_WAITING = 16,     /* each may take an hour; more are a 503 */
     LIMIT_PREFILTER = 4, /* rays per side of a shadow texel: 16 lists stay in registers */
     LIMIT_TRADEOFF_PIXELS = 9 << 20, /* 4096x2160: the reference takes 16 bytes of each */
     LIMIT_QUEUE_DEPTH = 256,         /* renders waiting for a worker; more are a 503 */
@@ -48,8 +49,9 @@ enum view_limits {
 #define LIMIT_COORDINATE 1e12                /* metres; beyond it even f64 loses the millimetre */
 #define LIMIT_LIGHT_SIZE_MIN 1e-9            /* metres; a side or radius of an area light */
 #define LIMIT_LIGHT_SIZE_MAX 1e9
-#define LIMIT_LINE_PX_MIN 0.5 /* width of edges and outlines; thinner ones flicker */
-#define LIMIT_LINE_PX_MAX 32  /* each pixel of an outline looks as far as that */
-#define LIMIT_INTENSITY 1e12  /* cd, lx or nt; keeps every product inside f32 */
+#define LIMIT_LINE_PX_MIN 0.5           /* width of edges and outlines; thinner ones flicker */
+#define LIMIT_LINE_PX_MAX 32            /* each pixel of an outline looks as far as that */
+#define LIMIT_ENVIRONMENT_INTENSITY 1e6 /* factor on a map of up to 1e10 nt: below 1e17 */
+#define LIMIT_INTENSITY 1e12            /* cd, lx or nt; keeps every product inside f32 */
 
 #endif

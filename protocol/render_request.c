@@ -70,6 +70,7 @@ void render_request_init_defaults(struct render_request *request)
         .quality = {.shadow_resolution = SHADOW_RESOLUTION_DEFAULT,
                     .shadow_taps = SHADOW_TAPS_DEFAULT,
                     .shadow_prefilter = 1},
+        .environment = {.intensity = 1},
         .outputs = 1u << REQUEST_OUTPUT_COLOR,
     };
 }

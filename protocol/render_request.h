@@ -147,6 +147,7 @@ struct request_part {
 struct request_resources {
     char scenes[LIMIT_PART_SCENES][65]; /* the different ones of its parts */
     int scene_count;
+    char environment[65]; /* an environment map, as in struct request_environment */
 };
 
 /* The scene at a time of its animations. */
@@ -170,6 +171,7 @@ struct request_quality {
                     device cannot */
     bool reference; /* ray traced in double precision with every light; shadows AUTO or RAYTRACED */
     int area_samples;          /* per area light and point, [1, 4096]; 0 = the default */
+    int environment_samples;   /* towards an environment map per point, [1, 4096]; likewise */
     double shadow_compression; /* of deep lists: greatest error of a transmittance; [0.001, 0.5];
                                   0 = exact, but with a prefilter 0.001; shadows AUTO or DEEP */
     int shadow_prefilter;      /* of deep lists: rays averaged per side of a texel, [1, 4]; likewise
@@ -179,6 +181,15 @@ struct request_quality {
     bool faithful;             /* linked techniques exactly as published */
     double max_error;          /* [1e-9, 1e6]; 0 = none asked for */
     double budget_ms;          /* [0.001, 86400000]; 0 = none asked for */
+};
+
+/* Light from an environment map. */
+#define REQUEST_ENVIRONMENT_STUDIO "studio" /* the one that is built in */
+struct request_environment {
+    char image[65];      /* 64 lowercase hexadecimal digits, or the above; "": none */
+    double rotation_deg; /* about +Y, counter-clockwise from above, [-360, 360]; default 0 */
+    double intensity;    /* factor, [0, LIMIT_ENVIRONMENT_INTENSITY]; default 1 */
+    bool is_background;  /* it is seen where nothing is */
 };
 
 /* What becomes of the cut of a clip plane. */
@@ -234,6 +245,7 @@ struct render_request {
     enum request_tone_mapping tone_mapping;
     bool has_environment;
     double sky[3], ground[3]; /* nt */
+    struct request_environment environment;
     struct request_quality quality;
     uint32_t outputs; /* bit set of 1u << enum request_output, never empty */
     enum request_format format;
@@ -261,6 +273,8 @@ bool render_request_resources(const struct render_request *request,
                               struct request_resources *resources);
 /* Adds a scene that is not there yet; false when there is no room for it. */
 bool request_resources_add_scene(struct request_resources *resources, const char *id);
+/* Whether the image is the id of a map, not "" and none that is built in. */
+bool request_environment_is_uploaded(const char *image);
 
 /* Canonical JSON: every member, fixed key order, numbers to 17 digits, so that equal requests have
  * equal text. Parsing it gives the same request (resolution and taps that were not said are null

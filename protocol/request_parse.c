@@ -87,6 +87,7 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
                                         "faithful",
                                         "reference",
                                         "area_samples",
+                                        "environment_samples",
                                         "max_error",
                                         "budget_ms",
                                         "shadow_compression",
@@ -103,6 +104,7 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
     struct json_node faithful = json_member(node, "faithful");
     struct json_node reference = json_member(node, "reference");
     struct json_node area_samples = json_member(node, "area_samples");
+    struct json_node environment_samples = json_member(node, "environment_samples");
     struct json_node max_error = json_member(node, "max_error");
     struct json_node budget_ms = json_member(node, "budget_ms");
     if (!json_read_int(&resolution, 1, LIMIT_SHADOW_RESOLUTION, &quality->shadow_resolution) ||
@@ -111,6 +113,8 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
         !json_read_bool(&faithful, &quality->faithful) ||
         !json_read_bool(&reference, &quality->reference) ||
         !json_read_int(&area_samples, 1, LIMIT_AREA_SAMPLES, &quality->area_samples) ||
+        !json_read_int(&environment_samples, 1, LIMIT_ENVIRONMENT_SAMPLES,
+                       &quality->environment_samples) ||
         !json_read_number(&max_error, 1e-9, 1e6, &quality->max_error) ||
         !json_read_number(&budget_ms, 0.001, 86400000, &quality->budget_ms) ||
         !read_deep_lists(node, quality))
@@ -198,17 +202,42 @@ static bool read_clip_planes(const struct json_node *node, struct render_request
     return true;
 }
 
+/* Which map: one that is built in, or the id of one. */
+static bool read_map(const struct json_node *node, char image[65])
+{
+    const char *name = "";
+    if (!json_read_name(node, &name))
+        return false;
+    bool is_id = strlen(name) == 64 && strspn(name, "0123456789abcdef") == 64;
+    if (*name && !is_id && strcmp(name, REQUEST_ENVIRONMENT_STUDIO) != 0)
+        return json_refuse(node, ERROR_NOT_FOUND,
+                           "but an environment map is '" REQUEST_ENVIRONMENT_STUDIO
+                           "' or an id, 64 lowercase hexadecimal digits");
+    memcpy(image, name, strlen(name) + 1);
+    return true;
+}
+
 static bool read_environment(const struct json_node *node, struct render_request *request)
 {
-    static const char *const known[] = {"sky", "ground", NULL};
+    static const char *const known[] = {"sky",       "ground",     "image", "rotation_deg",
+                                        "intensity", "background", NULL};
+    struct request_environment *map = &request->environment;
     request->has_environment = node->value;
     if (!node->value)
         return true;
     if (!json_expect_object(node, known))
         return false;
     struct json_node sky = json_member(node, "sky"), ground = json_member(node, "ground");
+    struct json_node image = json_member(node, "image");
+    struct json_node rotation = json_member(node, "rotation_deg");
+    struct json_node intensity = json_member(node, "intensity");
+    struct json_node background = json_member(node, "background");
     return json_read_numbers(&sky, 3, 0, LIMIT_INTENSITY, request->sky) &&
-           json_read_numbers(&ground, 3, 0, LIMIT_INTENSITY, request->ground);
+           json_read_numbers(&ground, 3, 0, LIMIT_INTENSITY, request->ground) &&
+           read_map(&image, map->image) &&
+           json_read_number(&rotation, -360, 360, &map->rotation_deg) &&
+           json_read_number(&intensity, 0, LIMIT_ENVIRONMENT_INTENSITY, &map->intensity) &&
+           json_read_bool(&background, &map->is_background);
 }
 
 static bool read_animation(const struct json_node *node, struct request_animation *animation)

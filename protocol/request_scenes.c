@@ -90,10 +90,16 @@ bool request_resources_add_scene(struct request_resources *resources, const char
     return true;
 }
 
+bool request_environment_is_uploaded(const char *image)
+{
+    return *image && strcmp(image, REQUEST_ENVIRONMENT_STUDIO) != 0;
+}
+
 bool render_request_resources(const struct render_request *request,
                               struct request_resources *resources)
 {
     *resources = (struct request_resources){.scene_count = 0};
+    memcpy(resources->environment, request->environment.image, sizeof resources->environment);
     bool has_room = true;
     for (size_t i = 0; i < request->part_count; i++)
         has_room = has_room && request_resources_add_scene(resources, request->parts[i].scene);

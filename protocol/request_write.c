@@ -236,6 +236,13 @@ static json_t *write_environment(const struct render_request *request)
     struct json_writer writer = json_writer_begin();
     json_put_numbers(&writer, "sky", request->sky, 3);
     json_put_numbers(&writer, "ground", request->ground, 3);
+    const struct request_environment *map = &request->environment;
+    if (map->image[0]) {
+        json_put_text(&writer, "image", map->image);
+        json_put_number(&writer, "rotation_deg", map->rotation_deg);
+        json_put_number(&writer, "intensity", map->intensity);
+        json_put_bool(&writer, "background", map->is_background);
+    }
     return json_writer_take(&writer);
 }
 
@@ -274,6 +281,7 @@ json_t *request_quality_to_tree(const struct request_quality *quality)
     json_put_bool(&writer, "faithful", quality->faithful);
     json_put_bool(&writer, "reference", quality->reference);
     json_put(&writer, "area_samples", integer_or_null(quality->area_samples));
+    json_put(&writer, "environment_samples", integer_or_null(quality->environment_samples));
     put_number_or_null(&writer, "max_error", quality->max_error);
     put_number_or_null(&writer, "budget_ms", quality->budget_ms);
     return json_writer_take(&writer);

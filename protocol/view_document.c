@@ -390,6 +390,22 @@ static bool check_names(const struct view_document *document, json_t *members,
     return true;
 }
 
+static const char *environment_image(const json_t *members)
+{
+    const char *image =
+        json_string_value(json_object_get(json_object_get(members, "environment"), "image"));
+    return image ? image : "";
+}
+
+static bool check_environment(json_t *members, const struct view_scenes *scenes, struct error *err)
+{
+    const char *image = environment_image(members);
+    return !scenes->has_environment || !request_environment_is_uploaded(image) ||
+           scenes->has_environment(scenes->context, image) ||
+           error_set_at(err, ERROR_NOT_FOUND, "/environment/image",
+                        "there is no environment map '%.64s'", image);
+}
+
 static bool check_scenes(json_t *members, const struct view_scenes *scenes, struct error *err)
 {
     json_t *parts = json_object_get(members, "parts"), *part;
@@ -404,7 +420,7 @@ static bool check_scenes(json_t *members, const struct view_scenes *scenes, stru
         struct json_node scene = json_member(&member, "scene");
         return json_refuse(&scene, ERROR_NOT_FOUND, "but there is no such scene");
     }
-    return true;
+    return check_environment(members, scenes, err);
 }
 
 /* ---- installing ---- */
@@ -605,6 +621,8 @@ void view_document_resources(const struct view_document *document,
     json_t *parts = json_object_get(document->members, "parts"), *part;
     const char *name;
     *resources = (struct request_resources){.scene_count = 0};
+    const char *image = environment_image(document->members);
+    memcpy(resources->environment, image, strnlen(image, 64) + 1);
     json_object_foreach(parts, name, part)
     {
         const char *id = json_string_value(json_object_get(part, "scene"));

@@ -30,9 +30,10 @@ struct view_document;
 struct view_document *view_document_create(const char *json, size_t length, struct error *err);
 void view_document_destroy(struct view_document *document); /* accepts NULL */
 
-/* Whether there is such a scene, for parts; `has` NULL: not asked. */
+/* Whether there is such a scene, for parts, and such an environment map; NULL: not asked. */
 struct view_scenes {
     bool (*has)(void *context, const char *id);
+    bool (*has_environment)(void *context, const char *id);
     void *context;
 };
 
@@ -55,7 +56,8 @@ MUST_CHECK json_t *view_patch_load(const char *json, size_t length, struct error
 MUST_CHECK bool view_document_check_names(const struct view_document *document,
                                           const struct view_names *names, struct error *err);
 
-/* ERROR_NOT_FOUND at the first part of the whole document whose scene is not there. */
+/* ERROR_NOT_FOUND at the first part of the whole document whose scene is not there, or at its
+ * environment map. */
 MUST_CHECK bool view_document_check_scenes(const struct view_document *document,
                                            const struct view_scenes *scenes, struct error *err);
 

@@ -12,7 +12,7 @@
 #include "protocol/error.h"
 
 enum {
-    IPC_FDS_MAX = 20,            /* a request, a scene, those of 16 parts, a reference */
+    IPC_FDS_MAX = 20,            /* a request, a scene, those of 16 parts, a map, a reference */
     IPC_MESSAGE_BYTES = 1 << 20, /* a frame's stats are 60 KiB at most; all that is larger travels
                                     as a memfd */
 };

@@ -10,7 +10,8 @@ struct render_task *render_task_create(void)
 {
     struct render_task *task = calloc(1, sizeof *task);
     if (task)
-        task->request_fd = task->blob_fd = task->reference_fd = task->outcome.image_fd = -1;
+        task->request_fd = task->blob_fd = task->environment_fd = task->reference_fd =
+            task->outcome.image_fd = -1;
     return task;
 }
 
@@ -18,7 +19,8 @@ void render_task_destroy(struct render_task *task)
 {
     if (!task)
         return;
-    int fds[] = {task->request_fd, task->blob_fd, task->reference_fd, task->outcome.image_fd};
+    int fds[] = {task->request_fd, task->blob_fd, task->environment_fd, task->reference_fd,
+                 task->outcome.image_fd};
     for (size_t i = 0; i < sizeof fds / sizeof fds[0]; i++)
         if (fds[i] >= 0)
             close(fds[i]);

@@ -36,6 +36,7 @@ struct render_task {
     const char *request_id;  /* of who waits for it, borrowed until it is done; NULL: none */
     struct request_resources resources; /* with descriptors below, owned; beside task->scene */
     int part_fds[LIMIT_PART_SCENES];    /* by resources.scenes; as many are open */
+    int environment_fd;                 /* of resources.environment; -1: none, or built in */
     enum image_format format;
     enum render_priority priority;
     bool is_cancelled;  /* nobody waits for it any more */

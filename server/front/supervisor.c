@@ -276,6 +276,15 @@ void supervisor_forget_scene(struct supervisor *supervisor, const char *scene)
     wake(supervisor);
 }
 
+void supervisor_forget_environment(struct supervisor *supervisor, const char *id)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    if (supervisor->state != WORKER_NONE)
+        json_array_append_new(supervisor->forgotten, json_string(id));
+    pthread_mutex_unlock(&supervisor->mutex);
+    wake(supervisor);
+}
+
 void supervisor_clear_scene(struct supervisor *supervisor, const char *scene)
 {
     pthread_mutex_lock(&supervisor->mutex);

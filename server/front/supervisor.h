@@ -77,6 +77,8 @@ void supervisor_drain(struct supervisor *supervisor);
 
 /* The worker drops its copy of a deleted scene; a new upload of a scene ends its quarantine. */
 void supervisor_forget_scene(struct supervisor *supervisor, const char *scene);
+/* Likewise of a deleted environment map. */
+void supervisor_forget_environment(struct supervisor *supervisor, const char *id);
 void supervisor_clear_scene(struct supervisor *supervisor, const char *scene);
 
 /* ERROR_NO_DEVICE or ERROR_OVERLOADED says why no render would be served now. */

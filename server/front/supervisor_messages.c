@@ -264,7 +264,7 @@ static json_t *take_forgotten(struct supervisor *supervisor)
     return ids;
 }
 
-/* request, scene, scenes of parts, reference where there is one. */
+/* request, scene, scenes of parts; environment map and reference where there is one. */
 static int list_fds(const struct render_task *task, int fds[IPC_FDS_MAX])
 {
     int count = 0;
@@ -274,6 +274,8 @@ static int list_fds(const struct render_task *task, int fds[IPC_FDS_MAX])
     fds[count++] = task->blob_fd;
     for (int i = 0; i < task->resources.scene_count; i++)
         fds[count++] = task->part_fds[i];
+    if (task->environment_fd >= 0)
+        fds[count++] = task->environment_fd;
     if (task->reference_fd >= 0)
         fds[count++] = task->reference_fd;
     return count;
@@ -291,11 +293,12 @@ static json_t *list_parts(const struct render_task *task)
 static bool send_task(struct supervisor *supervisor, struct render_task *task)
 {
     json_t *message = json_pack(
-        "{s:s,s:I,s:s,s:b,s:s,s:b,s:b,s:o,s:O*,s:O*,s:o*}", "op", task->question ? "ask" : "render",
-        "id", (json_int_t)task->ticket, "scene", task->scene, "urgent",
-        task->priority == RENDER_INTERACTIVE, "format", image_format_name(task->format), "reuse",
-        task->expects_reuse, "coarse", task->may_be_coarse, "parts", list_parts(task), "question",
-        task->question, "offer", task->offer, "forget", take_forgotten(supervisor));
+        "{s:s,s:I,s:s,s:b,s:s,s:b,s:b,s:o,s:s,s:O*,s:O*,s:o*}", "op",
+        task->question ? "ask" : "render", "id", (json_int_t)task->ticket, "scene", task->scene,
+        "urgent", task->priority == RENDER_INTERACTIVE, "format", image_format_name(task->format),
+        "reuse", task->expects_reuse, "coarse", task->may_be_coarse, "parts", list_parts(task),
+        "environment", task->resources.environment, "question", task->question, "offer",
+        task->offer, "forget", take_forgotten(supervisor));
     int fds[IPC_FDS_MAX], fd_count = list_fds(task, fds);
     struct error problem = {0};
     bool is_sent = message && ipc_send(supervisor->worker.socket, message, fds, fd_count, &problem);

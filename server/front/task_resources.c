@@ -2,6 +2,8 @@
 /* Opening what a task shows. */
 #include "server/front/task_resources.h"
 
+#include <string.h>
+
 static int open_blob(struct resource_store *store, const char *id, const char *pointer,
                      struct error *err)
 {
@@ -26,7 +28,13 @@ bool task_open_resources(struct render_task *task, const struct resources *resou
         if (!request_resources_add_scene(&task->resources, needed->scenes[i]))
             return error_set(err, ERROR_INTERNAL, "more scenes of parts than a task holds");
     }
-    return true;
+    if (needed)
+        memcpy(task->resources.environment, needed->environment, sizeof needed->environment);
+    if (!request_environment_is_uploaded(task->resources.environment))
+        return true;
+    task->environment_fd =
+        open_blob(resources->environments, needed->environment, "/environment/image", err);
+    return task->environment_fd >= 0;
 }
 
 bool task_has_resources(const struct resources *resources, const char *scene,
@@ -38,5 +46,8 @@ bool task_has_resources(const struct resources *resources, const char *scene,
     for (int i = 0; needed && i < needed->scene_count; i++)
         if (!resource_store_has(resources->scenes, needed->scenes[i]))
             return error_set_at(err, ERROR_NOT_FOUND, "/parts", gone, needed->scenes[i]);
-    return true;
+    return !needed || !request_environment_is_uploaded(needed->environment) ||
+           resource_store_has(resources->environments, needed->environment) ||
+           error_set_at(err, ERROR_NOT_FOUND, "/environment/image",
+                        "there is no environment map '%.64s'", needed->environment);
 }

@@ -6,8 +6,8 @@
 #include "server/front/render_queue.h"
 #include "server/front/resources.h"
 
-/* Opens task->scene and what is needed beside it (NULL: nothing). ERROR_NOT_FOUND points at /scene
- * or /parts and names what is missing. */
+/* Opens task->scene and what is needed beside it (NULL: nothing). ERROR_NOT_FOUND points at /scene,
+ * /parts or /environment/image and names what is missing. */
 MUST_CHECK bool task_open_resources(struct render_task *task, const struct resources *resources,
                                     const struct request_resources *needed, struct error *err);
 

@@ -199,6 +199,7 @@ void view_quality_from_request(const struct request_quality *from, struct view_q
         .faithful = from->faithful,
         .reference = from->reference,
         .area_samples = from->area_samples,
+        .environment_samples = from->environment_samples,
     };
 }
 
@@ -218,6 +219,20 @@ static void map_overlays(const struct render_request *request, struct view *view
                                       .hidden = (float)edges->hidden};
     to_floats(highlight->color, view->highlight.color, 3);
     to_floats(edges->color, view->edges.color, 3);
+}
+
+/* A map alone comes without a hemisphere. */
+static bool has_hemisphere(const struct render_request *request)
+{
+    bool is_lit = false;
+    for (int i = 0; i < 3; i++)
+        is_lit |= request->sky[i] > 0 || request->ground[i] > 0;
+    return request->has_environment && (is_lit || !request->environment.image[0]);
+}
+
+static bool has_map_behind(const struct render_request *request)
+{
+    return request->environment.image[0] && request->environment.is_background;
 }
 
 bool view_from_request(const struct render_request *request, struct view_storage *storage,
@@ -250,7 +265,11 @@ bool view_from_request(const struct render_request *request, struct view_storage
         .lights = storage->lights,
         .light_count = request->light_count,
         .ignore_scene_lights = request->ignore_scene_lights,
-        .has_environment = request->has_environment,
+        .has_environment = has_hemisphere(request),
+        .environment_key = request->environment.image,
+        .environment_rotation_deg = request->environment.rotation_deg,
+        .environment_intensity = request->environment.intensity,
+        .environment_is_background = has_map_behind(request),
         .nodes = storage->nodes,
         .node_override_count = request->node_count,
         .materials = storage->materials,
@@ -288,8 +307,9 @@ struct view_screen view_screen_from_request(const struct render_request *request
     struct view_screen screen = {.channels = format == IMAGE_FORMAT_EXR    ? 0
                                              : format == IMAGE_FORMAT_JPEG ? 3
                                                                            : 4,
-                                 .has_backdrop =
-                                     format != IMAGE_FORMAT_EXR && request->background[3] > 0};
+                                 .has_backdrop = format != IMAGE_FORMAT_EXR &&
+                                                 request->background[3] > 0 &&
+                                                 !has_map_behind(request)};
     tone_map_from_request(request, &screen.mapping);
     return screen;
 }

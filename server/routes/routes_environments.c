@@ -49,6 +49,7 @@ static void run_delete(struct service *service, struct http_exchange *exchange, 
         http_reply_error(exchange, &problem);
         return;
     }
+    supervisor_forget_environment(service->supervisor, id);
     http_reply_empty(exchange, 204);
 }
 

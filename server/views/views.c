@@ -198,9 +198,16 @@ static bool has_scene(void *context, const char *id)
     return resource_store_has(views->desc.resources->scenes, id);
 }
 
+static bool has_environment(void *context, const char *id)
+{
+    const struct views *views = context;
+    return resource_store_has(views->desc.resources->environments, id);
+}
+
 static struct view_scenes scenes_of(struct views *views)
 {
-    return (struct view_scenes){.has = has_scene, .context = views};
+    return (struct view_scenes){
+        .has = has_scene, .has_environment = has_environment, .context = views};
 }
 
 /* Under the mutex; takes read, which is NULL when the names are here already. */

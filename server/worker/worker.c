@@ -21,7 +21,7 @@
 #include "server/worker/explain.h"
 #include "server/worker/idle_timing.h"
 #include "server/worker/inbox.h"
-#include "server/worker/mapped_scenes.h"
+#include "server/worker/message_files.h"
 #include "server/worker/measure.h"
 #include "server/worker/pick.h"
 #include "server/worker/warm_up_step.h"
@@ -58,11 +58,11 @@ struct worker {
     struct frame_completion completion;
     int64_t slice_until_us;     /* before it the frame that may be paused does not yield */
     unsigned urgent_arrivals;   /* at the time when no waiting frame could be served */
-    json_t *forgotten;          /* ids of scenes to be forgotten between frames */
+    json_t *forgotten;          /* ids of what is to be forgotten between frames */
     pthread_mutex_t send_mutex; /* the GL thread and the encode pool both send */
     struct renderer *renderer;
     struct renderer_info info;
-    struct mapped_scenes *scenes;
+    struct message_files files;
     struct encoder *encoder;
     struct worker_device device;
     struct idle_timing timing;
@@ -123,7 +123,7 @@ static void encoded(void *context, struct encode_task *task, const struct error 
 /* Sends the totals for /metrics, from the GL thread, which alone may ask the renderer. */
 static void send_totals(struct worker *worker)
 {
-    struct mapped_scenes_totals totals = mapped_scenes_get_totals(worker->scenes);
+    struct mapped_scenes_totals totals = mapped_scenes_get_totals(worker->files.scenes);
     renderer_get_info(worker->renderer, &worker->info);
     send_message(worker,
                  json_pack("{s:s,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}", "op",
@@ -190,50 +190,10 @@ static void retire(void *context)
     submitted_view_destroy(submitted);
 }
 
-/* Makes the scene of a request ready, and those of its parts, whose files follow it. */
-static bool attach_scenes(struct worker *worker, const struct ipc_message *message,
-                          const char *scene, struct error *err)
-{
-    const json_t *parts = json_object_get(message->json, "parts"), *part;
-    const char *keys[LIMIT_PART_SCENES + 1] = {scene};
-    int fds[LIMIT_PART_SCENES + 1] = {message->fd_count > 1 ? message->fds[1] : -1};
-    size_t i, count = 1;
-    json_array_foreach(parts, i, part)
-    {
-        const char *key = json_string_value(part);
-        if (!key || count > LIMIT_PART_SCENES || (size_t)message->fd_count < i + 3)
-            return error_set(err, ERROR_INTERNAL, "worker: malformed parts in the message");
-        if (strcmp(key, scene) == 0)
-            continue;
-        keys[count] = key;
-        fds[count++] = message->fds[i + 2];
-    }
-    return mapped_scenes_attach(
-        worker->scenes, &(struct mapped_scenes_desc){.keys = keys, .blob_fds = fds, .count = count},
-        err);
-}
-
-/* Whether all scenes of the message are on the device. */
 static bool is_at_hand(void *context, const json_t *message)
 {
     const struct worker *worker = context;
-    const char *scene = json_string_value(json_object_get(message, "scene"));
-    bool is_there = scene && mapped_scenes_has(worker->scenes, scene);
-    const json_t *part;
-    size_t i;
-    json_array_foreach(json_object_get(message, "parts"), i, part)
-    {
-        is_there = is_there && json_is_string(part) &&
-                   mapped_scenes_has(worker->scenes, json_string_value(part));
-    }
-    return is_there;
-}
-
-/* The file behind those of scenes, or -1. */
-static int reference_of(const struct ipc_message *message)
-{
-    size_t index = 2 + json_array_size(json_object_get(message->json, "parts"));
-    return (size_t)message->fd_count > index ? message->fds[index] : -1;
+    return message_files_are_at_hand(&worker->files, message);
 }
 
 /* Reads the request and makes its scene ready. */
@@ -245,7 +205,7 @@ static bool read_request(struct worker *worker, const struct ipc_message *messag
                    render_request_parse(text.bytes, text.size_bytes, request, err);
     if (is_good && !is_at_hand(worker, message->json)) /* uploading a scene may take long */
         retire(worker);
-    is_good = is_good && attach_scenes(worker, message, request->scene, err);
+    is_good = is_good && message_files_attach(&worker->files, message, request, err);
     ipc_mapping_finish(&text);
     return is_good;
 }
@@ -429,7 +389,7 @@ static json_t *measure(struct worker *worker, const struct ipc_message *message,
         measure_step(&(struct measure_desc){.renderer = worker->renderer,
                                             .request = request,
                                             .step = json_object_get(message->json, "question"),
-                                            .reference_fd = reference_of(message)},
+                                            .reference_fd = message_files_reference(message)},
                      fd, err);
     end_render(worker);
     return result;
@@ -539,14 +499,15 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
         return false;
     tell_trial(worker, &worker->tried, GL_DEVICE_MEASURING);
     worker_device_init(&worker->device, worker->renderer, settings);
-    worker->scenes = mapped_scenes_create(
+    worker->files.scenes = mapped_scenes_create(
         worker->renderer, (uint64_t)json_integer_value(json_object_get(settings, "cache_bytes")),
         err);
+    worker->files.environments = mapped_environments_create(worker->renderer, err);
     worker->encoder = encoder_create(&(struct encoder_desc){.thread_count = encode_threads(),
                                                             .context = worker,
                                                             .done = encoded},
                                      err);
-    if (!worker->scenes || !worker->encoder)
+    if (!worker->files.scenes || !worker->files.environments || !worker->encoder)
         return false;
     worker->forgotten = json_array();
     renderer_get_info(worker->renderer, &worker->info);
@@ -639,18 +600,13 @@ static bool serve(struct worker *worker, struct ipc_message *message)
     return !op || strcmp(op, "render") != 0 || serve_render(worker, message);
 }
 
-/* Drops deleted scenes, but not while a frame is paused, which may show one of them. */
-static void forget_scenes(struct worker *worker)
+/* Drops deleted scenes and maps, but not while a frame is paused, which may show one of them. */
+static void forget(struct worker *worker)
 {
-    const json_t *scene;
-    size_t i;
     if (json_array_size(worker->forgotten)) /* the frame in flight may have to be drawn again */
         retire(worker);
-    json_array_foreach(worker->forgotten, i, scene)
-    {
-        if (json_is_string(scene))
-            mapped_scenes_forget(worker->scenes, json_string_value(scene));
-    }
+    message_files_forget(&worker->files, worker->forgotten);
+    mapped_environments_sweep(worker->files.environments);
     json_array_clear(worker->forgotten);
 }
 
@@ -748,7 +704,7 @@ static void run(struct worker *worker)
         goes_on = serve(worker, &message);
         idle_timing_note(&worker->timing, &message);
         ipc_message_finish(&message);
-        forget_scenes(worker);
+        forget(worker);
     }
     retire(worker);
     worker->is_lost |= !goes_on;
@@ -785,7 +741,8 @@ int worker_main(int socket)
     encoder_destroy(worker.encoder); /* what it still has is sent */
     inbox_destroy(worker.inbox);
     idle_timing_finish(&worker.timing);
-    mapped_scenes_destroy(worker.scenes);
+    mapped_environments_destroy(worker.files.environments);
+    mapped_scenes_destroy(worker.files.scenes);
     worker_device_finish(&worker.device);
     experience_destroy(worker.experience);
     renderer_destroy(worker.renderer);

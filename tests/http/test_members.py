@@ -42,12 +42,14 @@ def members(scene):
         "highlight": {"nodes": ["Triangle"], "color": [1, 0, 0], "width_px": 2, "hidden": 0.5},
         "edges": {"crease_deg": 30, "borders": True, "silhouettes": True, "color": [0, 0, 0],
                   "width_px": 1, "hidden": 0},
-        "background": [0, 0, 0, 0], "environment": {"sky": [1, 1, 1], "ground": [0, 0, 0]},
+        "background": [0, 0, 0, 0], "environment": {
+            "sky": [1, 1, 1], "ground": [0, 0, 0], "image": "studio", "rotation_deg": 10,
+            "intensity": 2, "background": True},
         "exposure_ev": 1, "tone_mapping": "none",
         "quality": {"shadows": "deep", "transparency": "lists", "light_lists": "clustered",
                     "blend_filter": "tint", "shadow_resolution": 64, "shadow_taps": 4, "samples": 1,
                     "shadow_prefilter": 1, "shadow_compression": 0.01, "shadow_fallback": 0.01,
-                    "area_samples": 4, "faithful": False},
+                    "area_samples": 4, "environment_samples": 4, "faithful": False},
     }
 
 

@@ -175,5 +175,76 @@ class Environments(support.ServiceTest):
         self.assertEqual(415, self.daemon.post_scene(content, HDR).status)
 
 
+class Lit(support.ServiceTest):
+    """Renders and views that name a map."""
+
+    def post(self, content):
+        reply = self.daemon.request("POST", "/v1/environments", content, {"Content-Type": HDR})
+        self.assertIn(reply.status, (200, 201))
+        return reply.json()["id"]
+
+    def render(self, **environment):
+        return self.daemon.render(self.daemon.push(support.triangle()), environment=environment)
+
+    def assert_missing(self, reply, image):
+        self.assertEqual((404, "not_found"), (reply.status, reply.code), reply.body[:400])
+        self.assertEqual("/environment/image", reply.json()["pointer"])
+        self.assertIn(image, reply.json()["detail"])
+
+    def test_maps_that_are_here_are_brought_to_the_renderer(self):
+        """The double refuses maps that nobody attached, and keeps two."""
+        ids = [self.post(hdr(4 + 2 * i, 2, halves)) for i in range(4)]
+        for image in [*ids, "studio", *ids]:
+            reply = self.render(image=image, rotation_deg=-90, intensity=0.5, background=True)
+            self.assertEqual(200, reply.status, reply.body[:400])
+        self.assertEqual(200, self.render(sky=[1, 1, 1]).status)
+
+    def test_a_map_that_is_not_here_is_404_and_points_at_it(self):
+        for image in ("0" * 64, "sky.hdr", "Studio", "A" * 64):
+            self.assert_missing(self.render(image=image), image[:40])
+        gone = self.post(hdr(4, 2, halves))
+        self.assertEqual(200, self.render(image=gone).status)
+        self.assertEqual(204, self.daemon.request("DELETE", "/v1/environments/" + gone).status)
+        self.assert_missing(self.render(image=gone), gone)
+        self.assertEqual(gone, self.post(hdr(4, 2, halves)))
+        self.assertEqual(200, self.render(image=gone).status)
+
+    def test_views_show_a_map_and_tell_that_one_is_gone(self):
+        scene, image = self.daemon.push(support.triangle()), self.post(hdr(12, 6, halves))
+        made = self.daemon.request("POST", "/v1/views", support.json.dumps(
+            {"scene": scene, "environment": {"image": "0" * 64}}).encode(),
+            {"Content-Type": "application/json"})
+        self.assert_missing(made, "0" * 64)
+        view = self.daemon.request("POST", "/v1/views", support.json.dumps(
+            {"scene": scene, "environment": {"image": image}}).encode(),
+            {"Content-Type": "application/json"}).json()["id"]
+
+        def patch(environment):
+            return self.daemon.request(
+                "PATCH", "/v1/views/" + view,
+                support.json.dumps({"environment": environment}).encode(),
+                {"Content-Type": "application/merge-patch+json"})
+        picture = f"/v1/views/{view}/image"
+        first = self.daemon.request("GET", picture)
+        self.assertEqual(200, first.status)
+        self.assertEqual(200, patch({"rotation_deg": 90}).status)
+        self.assertNotEqual(first.header("ETag"),
+                            self.daemon.request("GET", picture).header("ETag"))
+        self.assert_missing(patch({"image": "1" * 64}), "1" * 64)
+        self.assertEqual(204, self.daemon.request("DELETE", "/v1/environments/" + image).status)
+        self.assert_missing(self.daemon.request("GET", picture), image)
+        self.assertEqual(200, patch({"image": "studio"}).status)
+        self.assertEqual(200, self.daemon.request("GET", picture).status)
+        self.assertEqual(200, patch({"image": None}).status)
+        self.assertEqual(200, self.daemon.request("GET", picture).status)
+
+    def test_a_map_comes_beside_the_scenes_of_parts(self):
+        scenes = [self.daemon.push(support.triangle(f"n{i}")) for i in range(6)]
+        reply = self.daemon.render(
+            scenes[0], environment={"image": self.post(hdr(20, 10, halves))},
+            parts={f"p{i}": {"scene": scene} for i, scene in enumerate(scenes[1:])})
+        self.assertEqual(200, reply.status, reply.body[:400])
+
+
 if __name__ == "__main__":
     support.run_tests()

@@ -54,11 +54,12 @@ static const char full[] = BODY(
     "\"edges\":{\"crease_deg\":20,\"borders\":false,\"color\":[1,0,0],\"hidden\":0.5},"
     "\"background\":[0.1,0.2,"
     "0.3,1],\"exposure_ev\":-1.5,"
-    "\"tone_mapping\":\"none\",\"environment\":{\"sky\":[1,2,3],\"ground\":[4,5,6]},"
+    "\"tone_mapping\":\"none\",\"environment\":{\"sky\":[1,2,3],\"ground\":[4,5,6],"
+    "\"image\":\"" ID "\",\"rotation_deg\":-30,\"intensity\":2.5,\"background\":true},"
     "\"quality\":{\"shadows\":\"deep-linked\",\"transparency\":\"lists\","
     "\"light_lists\":\"linked\",\"blend_filter\":\"kim\",\"shadow_resolution\":2048,"
     "\"shadow_taps\":9,\"samples\":1,\"faithful\":true,"
-    "\"area_samples\":64,\"max_error\":0.01,\"budget_ms\":250},"
+    "\"area_samples\":64,\"environment_samples\":32,\"max_error\":0.01,\"budget_ms\":250},"
     "\"outputs\":[\"depth\",\"color\"],\"format\":\"exr\"");
 
 static void scene_alone_gives_the_documented_defaults(void **state)
@@ -159,6 +160,9 @@ static void camera_light_and_picture_members_arrive(void **state)
     assert_true(r.background[2] == 0.3 && r.exposure_ev == -1.5);
     assert_int_equal(r.tone_mapping, REQUEST_TONE_NONE);
     assert_true(r.has_environment && r.sky[2] == 3 && r.ground[0] == 4);
+    assert_string_equal(r.environment.image, ID);
+    assert_true(r.environment.rotation_deg == -30 && r.environment.intensity == 2.5);
+    assert_true(r.environment.is_background);
     assert_int_equal(r.outputs, 1u << REQUEST_OUTPUT_COLOR | 1u << REQUEST_OUTPUT_DEPTH);
     assert_int_equal(r.format, REQUEST_FORMAT_EXR);
     render_request_finish(&r);
@@ -236,6 +240,7 @@ static void override_and_quality_members_arrive(void **state)
     assert_int_equal(q->shadow_taps, 9);
     assert_int_equal(q->samples, 1);
     assert_true(!q->reference && q->area_samples == 64);
+    assert_int_equal(q->environment_samples, 32);
     assert_true(q->faithful && q->max_error == 0.01 && q->budget_ms == 250);
     render_request_finish(&r);
 }
@@ -253,6 +258,7 @@ static void canonical_json_reads_back_as_itself(void **state)
         BODY(",\"camera\":{\"eye\":[0,0,5],\"target\":[0,0,0]}"),
         BODY(",\"format\":\"jpeg\",\"quality_percent\":75"),
         BODY(",\"format\":\"webp\",\"environment\":{}"),
+        BODY(",\"environment\":{\"image\":\"studio\",\"rotation_deg\":360}"),
         BODY(",\"outputs\":[\"color\",\"depth\",\"normal\",\"albedo\",\"node\",\"material\"]"),
     };
     for (size_t i = 0; i < sizeof bodies / sizeof *bodies; i++) {
@@ -269,6 +275,32 @@ static void canonical_json_reads_back_as_itself(void **state)
         free(again);
         render_request_finish(&first);
         render_request_finish(&second);
+    }
+}
+
+static void a_map_is_needed_unless_it_is_built_in(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *body, *image;
+        bool is_uploaded;
+    } rows[] = {
+        {BODY(""), "", false},
+        {BODY(",\"environment\":{\"sky\":[1,1,1]}"), "", false},
+        {BODY(",\"environment\":{\"image\":null,\"rotation_deg\":5}"), "", false},
+        {BODY(",\"environment\":{\"image\":\"studio\"}"), "studio", false},
+        {BODY(",\"environment\":{\"image\":\"" ID "\"}"), ID, true},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        struct render_request request = parse(rows[i].body);
+        struct request_resources resources;
+        assert_true(render_request_resources(&request, &resources));
+        assert_string_equal(rows[i].image, request.environment.image);
+        assert_string_equal(rows[i].image, resources.environment);
+        assert_int_equal(rows[i].is_uploaded,
+                         request_environment_is_uploaded(resources.environment));
+        assert_true(request.environment.intensity == 1);
+        render_request_finish(&request);
     }
 }
 
@@ -500,6 +532,7 @@ int main(void)
         cmocka_unit_test(a_background_of_three_numbers_is_opaque),
         cmocka_unit_test(override_and_quality_members_arrive),
         cmocka_unit_test(canonical_json_reads_back_as_itself),
+        cmocka_unit_test(a_map_is_needed_unless_it_is_built_in),
         cmocka_unit_test(an_exposure_may_be_metered),
         cmocka_unit_test(canonical_json_does_not_depend_on_how_it_was_said),
         cmocka_unit_test(outputs_without_a_format_leave_it_to_accept),

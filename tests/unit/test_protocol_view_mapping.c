@@ -46,10 +46,12 @@ static void every_member_of_a_request_reaches_the_view(void **state)
                    "\"self_shadow\":false,\"cast_once\":true}}},"
                    "\"clip_planes\":[{\"plane\":[0,1,0,-2],\"shadows\":false}],\"background\":[0.5,"
                    "0.25,0.125,1],"
-                   "\"environment\":{\"sky\":[1,2,3],\"ground\":[4,5,6]},"
+                   "\"environment\":{\"sky\":[1,2,3],\"ground\":[4,5,6],\"image\":\"studio\","
+                   "\"rotation_deg\":45,\"intensity\":3,\"background\":true},"
                    "\"quality\":{\"shadows\":\"map\",\"transparency\":\"lists\","
                    "\"light_lists\":\"linked\",\"blend_filter\":\"kim\",\"shadow_resolution\":256,"
-                   "\"shadow_taps\":9,\"samples\":1,\"faithful\":true},"
+                   "\"shadow_taps\":9,\"samples\":1,\"faithful\":true,"
+                   "\"environment_samples\":8},"
                    "\"outputs\":[\"color\",\"node\"]"));
     struct view_storage storage;
     struct view view;
@@ -96,6 +98,11 @@ static void every_member_of_a_request_reaches_the_view(void **state)
     assert_true(view.cuts[0].spares_shadows);
     assert_true(view.clip_planes[0][3] == -2 && view.background[2] == 0.125f);
     assert_true(view.has_environment && view.sky[2] == 3 && view.ground[1] == 5);
+    assert_string_equal(view.environment_key, "studio");
+    assert_true(view.environment_rotation_deg == 45 && view.environment_intensity == 3);
+    assert_true(view.environment_is_background);
+    assert_false(view_screen_from_request(&request, IMAGE_FORMAT_PNG).has_backdrop);
+    assert_int_equal(view.quality.environment_samples, 8);
     assert_int_equal(view.quality.shadows, SHADOWS_MAP);
     assert_int_equal(view.quality.transparency, TRANSPARENCY_LISTS);
     assert_int_equal(view.quality.light_lists, VIEW_LIGHT_LISTS_LINKED);

@@ -27,7 +27,7 @@
 #include "renderer/import/import.h"
 #include "renderer/renderer.h"
 
-enum { SCENES_MAX = 8 };
+enum { SCENES_MAX = 8, ENVIRONMENTS_MAX = 2 };
 
 /* EGL numbers: no such device, and software beside hardware. */
 static const char device_missing[] = "64", device_software[] = "63";
@@ -45,6 +45,9 @@ struct renderer {
     bool is_beside_hardware;
     struct fake_scene scenes[SCENES_MAX]; /* oldest first */
     int scene_count;
+    struct renderer_environment_desc environments[ENVIRONMENTS_MAX]; /* oldest first */
+    char environment_keys[ENVIRONMENTS_MAX][65];
+    int environment_count;
     const struct yield_point *yield;
     const struct frame_progress *progress;
     const struct frame_completion *completion;
@@ -83,10 +86,24 @@ static void remove_scene(struct renderer *renderer, int index)
         removed.release(removed.context);
 }
 
+static void remove_environment(struct renderer *renderer, int index)
+{
+    struct renderer_environment_desc removed = renderer->environments[index];
+    size_t left = (size_t)(--renderer->environment_count - index);
+    memmove(&renderer->environments[index], &renderer->environments[index + 1],
+            left * sizeof removed);
+    memmove(renderer->environment_keys[index], renderer->environment_keys[index + 1],
+            left * sizeof *renderer->environment_keys);
+    if (removed.release)
+        removed.release(removed.context);
+}
+
 void renderer_destroy(struct renderer *renderer)
 {
     while (renderer && renderer->scene_count > 0)
         remove_scene(renderer, 0);
+    while (renderer && renderer->environment_count > 0)
+        remove_environment(renderer, 0);
     free(renderer);
 }
 
@@ -223,6 +240,41 @@ void renderer_detach_scene(struct renderer *renderer, const char *key)
     int index = find_scene(renderer, key);
     if (index >= 0)
         remove_scene(renderer, index);
+}
+
+static int find_environment(const struct renderer *renderer, const char *key)
+{
+    for (int i = 0; i < renderer->environment_count; i++)
+        if (strcmp(renderer->environment_keys[i], key) == 0)
+            return i;
+    return -1;
+}
+
+bool renderer_attach_environment(struct renderer *renderer,
+                                 const struct renderer_environment_desc *desc, struct error *err)
+{
+    (void)err;
+    if (find_environment(renderer, desc->key) >= 0)
+        return true;
+    if (renderer->environment_count == ENVIRONMENTS_MAX)
+        remove_environment(renderer, 0);
+    int index = renderer->environment_count++;
+    renderer->environments[index] = *desc;
+    snprintf(renderer->environment_keys[index], sizeof *renderer->environment_keys, "%s",
+             desc->key);
+    return true;
+}
+
+bool renderer_has_environment(const struct renderer *renderer, const char *key)
+{
+    return find_environment(renderer, key) >= 0;
+}
+
+void renderer_detach_environment(struct renderer *renderer, const char *key)
+{
+    int index = find_environment(renderer, key);
+    if (index >= 0)
+        remove_environment(renderer, index);
 }
 
 void frame_finish(struct frame *frame)
@@ -410,6 +462,9 @@ static bool make(struct renderer *renderer, const char *scene_key, const struct 
     if (view->camera.kind == VIEW_CAMERA_NODE && scene_find_node(scene, view->camera.node) < 0)
         return error_set_at(err, ERROR_NOT_FOUND, "/camera/node", "the scene has no node '%s'",
                             view->camera.node);
+    if (view_has_environment(view) && find_environment(renderer, view->environment_key) < 0)
+        return error_set(err, ERROR_INTERNAL, "fake: environment '%s' is not attached",
+                         view->environment_key);
     if (!obey_nodes(renderer, scene, frame, err))
         return false;
     uint32_t outputs = view->outputs ? view->outputs : 1u << VIEW_OUTPUT_COLOR;
