@@ -164,6 +164,25 @@ static void put_lobes(struct glb_builder *builder, json_t *extensions,
     }
 }
 
+static void put_iridescence(struct glb_builder *builder, json_t *extensions,
+                            const struct glb_material_desc *desc)
+{
+    static const char *const names[] = {"iridescenceIor", "iridescenceThicknessMinimum",
+                                        "iridescenceThicknessMaximum"};
+    const double values[] = {desc->iridescence_ior, desc->film_least_nm, desc->film_most_nm};
+    if (desc->iridescence <= 0)
+        return;
+    json_t *body = glb_object(builder);
+    glb_put(builder, body, "iridescenceFactor",
+            glb_number(builder, desc->iridescence, "iridescence"));
+    for (int i = 0; i < 3; i++)
+        if (values[i] > 0)
+            glb_put(builder, body, names[i], glb_number(builder, values[i], names[i]));
+    put_texture(builder, body, "iridescenceTexture", &desc->iridescence_texture);
+    put_texture(builder, body, "iridescenceThicknessTexture", &desc->iridescence_thickness_texture);
+    put_extension(builder, extensions, "KHR_materials_iridescence", body);
+}
+
 static void put_emissive(struct glb_builder *builder, json_t *material, json_t *extensions,
                          const struct glb_material_desc *desc)
 {
@@ -262,6 +281,7 @@ int glb_builder_add_material(struct glb_builder *builder, const struct glb_mater
     put_emissive(builder, material, extensions, desc);
     put_glass(builder, extensions, desc);
     put_lobes(builder, extensions, desc);
+    put_iridescence(builder, extensions, desc);
     if (desc->is_unlit)
         put_extension(builder, extensions, "KHR_materials_unlit", glb_object(builder));
     if (json_object_size(extensions) > 0)

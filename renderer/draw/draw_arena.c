@@ -86,11 +86,13 @@ uint32_t material_flags(const struct state_material *material)
         flags |= MATERIAL_CLEARCOAT;
     if (scene_material_has_sheen(m))
         flags |= MATERIAL_SHEEN;
+    if (m->iridescence > 0)
+        flags |= MATERIAL_FILM;
     return flags;
 }
 
 static_assert(SLOTS_OF_BASE == SCENE_TEXTURE_THICKNESS + 1, "the slots of lobes follow");
-static_assert(SCENE_TEXTURE_SLOT_COUNT <= 2 * SLOTS_OF_BASE, "a record has those of the lobes");
+static_assert(SCENE_TEXTURE_SLOT_COUNT <= 3 * SLOTS_OF_BASE, "two records have those of lobes");
 
 static void fill_textures(const struct scene_material *m, int first_slot, struct material_record *r)
 {
@@ -104,7 +106,8 @@ static void fill_textures(const struct scene_material *m, int first_slot, struct
     }
 }
 
-static void fill_lobes(const struct scene_material *m, struct material_record *r)
+/* Fills as many records as the lobes have. */
+static void fill_lobes(const struct scene_material *m, uint32_t count, struct material_record *r)
 {
     const float *sheen = m->sheen_color, *tint = m->specular_color;
     *r = (struct material_record){
@@ -112,8 +115,13 @@ static void fill_lobes(const struct scene_material *m, struct material_record *r
         .LOBES_COAT_SHEEN = {{m->clearcoat, m->clearcoat_roughness, m->sheen_roughness,
                               m->clearcoat_normal_scale}},
         .LOBES_SHEEN_COLOR = {{sheen[0], sheen[1], sheen[2], 0}},
+        .LOBES_FILM = {{m->iridescence, m->film_ior, m->film_nm[0], m->film_nm[1]}},
     };
     fill_textures(m, SLOTS_OF_BASE, r);
+    if (count > 1) {
+        r[1] = (struct material_record){.flags = 0};
+        fill_textures(m, 2 * SLOTS_OF_BASE, &r[1]);
+    }
 }
 
 static void fill_material(const struct state_material *material, struct material_record *r)
@@ -167,7 +175,8 @@ static void assign_materials(struct draw_arena *arena, const struct scene_state 
     }
 }
 
-static bool has_lobes(const struct state_material *material)
+/* Records that its lobes have. */
+static uint32_t lobe_records(const struct state_material *material)
 {
     return shader_needs_lobes(material_flags(material));
 }
@@ -176,11 +185,14 @@ static bool has_lobes(const struct state_material *material)
 static void add_lobes(const struct scene_state *state, struct material_record *records,
                       uint32_t next)
 {
-    for (uint32_t i = 0; i < state->material_count; i++)
-        if (has_lobes(&state->materials[i])) {
-            fill_lobes(&state->materials[i].base, &records[next]);
-            records[i].lobes = next++;
-        }
+    for (uint32_t i = 0; i < state->material_count; i++) {
+        uint32_t count = lobe_records(&state->materials[i]);
+        if (!count)
+            continue;
+        fill_lobes(&state->materials[i].base, count, &records[next]);
+        records[i].lobes = next;
+        next += count;
+    }
 }
 
 static bool reserve_items(struct draw_arena *arena, size_t count, struct error *err)
@@ -241,7 +253,7 @@ bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
         count += needs_copy(state, &state->items[i]);
     const uint32_t first_lobes = (uint32_t)count;
     for (uint32_t i = 0; i < state->material_count; i++)
-        count += has_lobes(&state->materials[i]);
+        count += lobe_records(&state->materials[i]);
     uint64_t most = gl_limits_block(arena->limits, sizeof(struct material_record));
     if (count > most)
         return error_set(

@@ -13,7 +13,7 @@
 static const uint32_t evaluated = MATERIAL_UNLIT | MATERIAL_BLEND | MATERIAL_TRANSMISSION |
                                   MATERIAL_PASS_SLAB | MATERIAL_PASS_EDGE |
                                   MATERIAL_NO_SELF_SHADOW | MATERIAL_SPECULAR | MATERIAL_CLEARCOAT |
-                                  MATERIAL_SHEEN | MATERIAL_KIND_METAL;
+                                  MATERIAL_SHEEN | MATERIAL_MORE_LOBES | MATERIAL_KIND_METAL;
 
 static uint32_t kinds_of(const struct state_material *material)
 {
@@ -51,15 +51,16 @@ struct shader_needs shader_needs_of(const struct scene_state *state)
     return needs;
 }
 
-bool shader_needs_lobes(uint32_t kinds)
+uint32_t shader_needs_lobes(uint32_t kinds)
 {
-    return kinds & MATERIAL_LOBES;
+    return kinds & MATERIAL_MORE_LOBES ? 2 : kinds & MATERIAL_LOBES ? 1 : 0;
 }
 
 void shader_needs_material_defines(uint32_t kinds, char text[SHADER_NEEDS_TEXT_BYTES])
 {
-    snprintf(text, SHADER_NEEDS_TEXT_BYTES, " MATERIAL_KINDS=%uu%s", kinds,
-             shader_needs_lobes(kinds) ? " HAS_LOBES" : "");
+    snprintf(text, SHADER_NEEDS_TEXT_BYTES, " MATERIAL_KINDS=%uu%s%s", kinds,
+             shader_needs_lobes(kinds) > 0 ? " HAS_LOBES" : "",
+             shader_needs_lobes(kinds) > 1 ? " HAS_MORE_LOBES" : "");
 }
 
 void shader_needs_light_defines(const struct shader_needs *needs,

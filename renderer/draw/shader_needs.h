@@ -22,8 +22,8 @@ struct shader_needs {
 
 struct shader_needs shader_needs_of(const struct scene_state *state);
 
-/* Whether some of the kinds has words of shaders/draw/lobes.glsl. */
-bool shader_needs_lobes(uint32_t kinds);
+/* How many words of four of shaders/draw/lobes.glsl a surface has, with such kinds: 0 to 2. */
+uint32_t shader_needs_lobes(uint32_t kinds);
 
 /* #define items of the programs that evaluate such materials, with a blank before each. */
 void shader_needs_material_defines(uint32_t kinds, char text[SHADER_NEEDS_TEXT_BYTES]);

@@ -147,7 +147,7 @@ static uint64_t pixel_bytes_of(const struct frame_run *run)
 {
     const struct plan *plan = &run->frame_plan->plan;
     uint64_t outputs = aov_pixel_bytes(run->view),
-             bytes = targets_pixel_bytes(plan->target_samples, plan->has_lobes);
+             bytes = targets_pixel_bytes(plan->target_samples, plan->lobes);
     if (plan->requirements[PLAN_NEED_COLOR].is_met)
         bytes += targets_parts_pixel_bytes(plan->target_samples) +
                  readback_window_bytes(1 << 10) / (1 << 10);

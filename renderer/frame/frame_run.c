@@ -391,7 +391,7 @@ static bool prepare_targets(struct window_run *window, struct error *err)
         .width = frame->window.width,
         .height = frame->window.height,
         .samples = plan->target_samples,
-        .has_lobes = plan->has_lobes,
+        .lobes = plan->lobes,
     };
     if (!targets_prepare(frame->targets, &desc, err))
         return false;

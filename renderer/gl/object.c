@@ -339,9 +339,10 @@ bool gl_framebuffer_init(struct gl_framebuffer *framebuffer, const struct gl_fra
     glCreateFramebuffers(1, &framebuffer->name);
     GLuint name = framebuffer->name;
     set_label(GL_FRAMEBUFFER, name, desc->label);
-    GLenum draw_buffers[4];
+    enum { COLORS_MAX = sizeof desc->colors / sizeof *desc->colors };
+    GLenum draw_buffers[COLORS_MAX];
     int colors = 0;
-    for (; colors < 4 && desc->colors[colors]; colors++) {
+    for (; colors < COLORS_MAX && desc->colors[colors]; colors++) {
         draw_buffers[colors] = GL_COLOR_ATTACHMENT0 + (GLenum)colors;
         glNamedFramebufferTexture(name, draw_buffers[colors], desc->colors[colors]->name, 0);
     }

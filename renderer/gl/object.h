@@ -107,7 +107,7 @@ struct gl_framebuffer {
 
 struct gl_framebuffer_desc {
     const char *label;                  /* required */
-    const struct gl_texture *colors[4]; /* NULL ends the list */
+    const struct gl_texture *colors[5]; /* NULL ends the list */
     const struct gl_texture *depth;     /* optional */
     int depth_layer;            /* layer of an array depth texture, when depth->layers > 0 ... */
     bool is_layered;            /* ... else all of them: the vertex stage chooses */

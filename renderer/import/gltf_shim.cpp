@@ -229,6 +229,18 @@ void convert_lobes(holder &h, const tinygltf::Material &m, gltf_material &out)
     textures[GLTF_TEXTURE_SHEEN_ROUGHNESS] = texture_ref_in(h, sheen, "sheenRoughnessTexture");
 }
 
+void convert_iridescence(holder &h, const tinygltf::Material &m, gltf_material &out)
+{
+    const tinygltf::Value *film = extension(m.extensions, "KHR_materials_iridescence");
+    out.iridescence = number(film, "iridescenceFactor", 0);
+    out.iridescence_ior = number(film, "iridescenceIor", 1.3);
+    out.iridescence_least_nm = number(film, "iridescenceThicknessMinimum", 100);
+    out.iridescence_most_nm = number(film, "iridescenceThicknessMaximum", 400);
+    out.textures[GLTF_TEXTURE_IRIDESCENCE] = texture_ref_in(h, film, "iridescenceTexture");
+    out.textures[GLTF_TEXTURE_IRIDESCENCE_THICKNESS] =
+        texture_ref_in(h, film, "iridescenceThicknessTexture");
+}
+
 void convert_material(holder &h, const tinygltf::Material &m)
 {
     const tinygltf::PbrMetallicRoughness &pbr = m.pbrMetallicRoughness;
@@ -262,6 +274,7 @@ void convert_material(holder &h, const tinygltf::Material &m)
     out.edge_color = number_array(h, pass, "edge_color");
     out.edge_exponent = number(pass, "edge_exponent", 1);
     convert_lobes(h, m, out);
+    convert_iridescence(h, m, out);
     convert_textures(h, m, out);
     h.materials.push_back(out);
 }

@@ -154,6 +154,8 @@ enum gltf_texture_slot { /* same order as enum scene_texture_slot */
                          GLTF_TEXTURE_CLEARCOAT_NORMAL,
                          GLTF_TEXTURE_SHEEN_COLOR,
                          GLTF_TEXTURE_SHEEN_ROUGHNESS,
+                         GLTF_TEXTURE_IRIDESCENCE,
+                         GLTF_TEXTURE_IRIDESCENCE_THICKNESS,
                          GLTF_TEXTURE_SLOT_COUNT
 };
 
@@ -171,6 +173,7 @@ struct gltf_material {
     bool has_specular, has_clearcoat, has_sheen; /* KHR_materials_... */
     double specular, clearcoat, clearcoat_roughness, clearcoat_normal_scale, sheen_roughness;
     struct gltf_numbers specular_color, sheen_color;
+    double iridescence, iridescence_ior, iridescence_least_nm, iridescence_most_nm;
     const char *pass_through; /* extras vitrail.pass_through.model, or "" */
     struct gltf_numbers edge_color;
     double edge_exponent; /* 1 when absent */

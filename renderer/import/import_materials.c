@@ -10,6 +10,7 @@
 
 #define FACTOR_MAX 1e12 /* nt, m and such: keeps every product inside f32 */
 #define IOR_MAX 100
+#define FILM_NM_MAX 1e6 /* thicker ones show no colours */
 
 static const struct scene_material default_material = {
     .base_color = {1, 1, 1, 1},
@@ -19,6 +20,7 @@ static const struct scene_material default_material = {
     .occlusion_strength = 1,
     .alpha_cutoff = 0.5f,
     .ior = 1.5f,
+    .film_ior = 1.3f,
     .attenuation_color = {1, 1, 1},
     .edge_color = {1, 1, 1},
     .edge_exponent = 1,
@@ -187,6 +189,17 @@ static bool import_lobes(const struct gltf_material *from, struct scene_material
                          err);
 }
 
+static bool import_iridescence(const struct gltf_material *from, struct scene_material *to,
+                               struct error *err)
+{
+    return import_number(from->iridescence, 0, 1, &to->iridescence, "iridescenceFactor", err) &&
+           import_number(from->iridescence_ior, 1, IOR_MAX, &to->film_ior, "iridescenceIor", err) &&
+           import_number(from->iridescence_least_nm, 0, FILM_NM_MAX, &to->film_nm[0],
+                         "iridescenceThicknessMinimum", err) &&
+           import_number(from->iridescence_most_nm, 0, FILM_NM_MAX, &to->film_nm[1],
+                         "iridescenceThicknessMaximum", err);
+}
+
 static bool import_material(struct importer *importer, const struct gltf_material *from,
                             struct scene_material *to, struct error *err)
 {
@@ -199,7 +212,7 @@ static bool import_material(struct importer *importer, const struct gltf_materia
             return false;
     return import_core(from, to, err) && import_emissive(from, to, err) &&
            import_glass(from, to, err) && import_lobes(from, to, err) &&
-           import_pass_through(from, to, err);
+           import_iridescence(from, to, err) && import_pass_through(from, to, err);
 }
 
 static bool append_material(struct importer *importer, const struct scene_material *material,

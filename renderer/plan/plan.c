@@ -230,7 +230,7 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
          i < made->shadows.light_count && shadow_compress_is_asked(&desc->view->quality); i++)
         plan->compressed_lights += shadow_need_may_compress(&made->shadows.lights[i]);
     made->shaders.area_samples = area_samples(desc);
-    plan->has_lobes = shader_needs_lobes(made->shaders.surface_kinds);
+    plan->lobes = shader_needs_lobes(made->shaders.surface_kinds);
     made->shaders.has_normal_offset =
         made->shaders.has_smooth && is_lit && has_maps(&desc->view->quality);
     plan->unseen_lights = made->reach.unseen_count;
@@ -332,7 +332,7 @@ static void plan_rays(struct plan *plan, enum plan_step step)
 static uint64_t targets_bytes(const struct plan *plan, const struct view *view)
 {
     uint64_t pixels = (uint64_t)view->width_px * (uint64_t)view->height_px;
-    return pixels * targets_pixel_bytes(plan->target_samples, plan->has_lobes);
+    return pixels * targets_pixel_bytes(plan->target_samples, plan->lobes);
 }
 
 /* Adds a pass that runs only if a count, which only drawing can tell, is not 0. */

@@ -67,7 +67,7 @@ struct plan {
     struct plan_pass passes[PLAN_PASSES_MAX];              /* in the order of execution */
     int pass_count;
     int samples;                                /* per pixel, of the colour */
-    bool has_lobes;                             /* of drawn surfaces: shaders/draw/lobes.glsl */
+    uint32_t lobes;                             /* of drawn surfaces: shader_needs_lobes */
     int target_samples;                         /* per pixel, of the rasterised targets */
     size_t opaque_items, transparent_items;     /* in view */
     size_t lights_by_technique[SHADOWS_COUNT];  /* those with a shadow, by that of each */

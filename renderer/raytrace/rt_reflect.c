@@ -3,10 +3,46 @@
 #include "renderer/raytrace/rt_reflect.h"
 
 #include "renderer/base/matrix.h"
+#include "renderer/raytrace/rt_film.h"
 #include "renderer/raytrace/rt_math.h"
 
 static const double pi = 3.14159265358979323846;
 static const double min_alpha = 1e-3;
+
+static void init_film(struct rt_filmed *film, const struct rt_surface *s, const double f0[3],
+                      double interface)
+{
+    film->ior = (double)s->material->film_ior;
+    film->thickness_nm = s->film_nm;
+    film->dielectric = 1 - s->metallic;
+    film->interface = interface;
+    for (int k = 0; k < 3; k++) {
+        film->f0[k] = f0[k];
+        film->edge[k] = rt_max(s->f0 + rt_surface_edge(s), f0[k]);
+        film->base[k] = s->base[k];
+        film->diffuse[k] = s->base[k] * (1 - s->transmission) / pi * film->dielectric;
+        film->through[k] = s->base[k] * s->transmission * film->dielectric;
+    }
+}
+
+/* By base and film together: the factor of the lobe, per channel. Returns the largest share that
+ * the dielectric reflects. */
+static double film_reflects(const struct rt_filmed *film, double cosine, double w, double out[3])
+{
+    double under[3], metal[3] = {0, 0, 0}, largest = 0;
+    rt_film_fresnel(film->f0, film->ior, film->thickness_nm, cosine, under);
+    if (film->dielectric < 1)
+        rt_film_fresnel(film->base, film->ior, film->thickness_nm, cosine, metal);
+    for (int k = 0; k < 3; k++) {
+        double bare = film->f0[k] + (film->edge[k] - film->f0[k]) * w;
+        double bare_metal = film->base[k] + (1 - film->base[k]) * w;
+        double dielectric = film->interface * (bare + film->weight * (under[k] - bare));
+        out[k] = film->dielectric * dielectric +
+                 (1 - film->dielectric) * (bare_metal + film->weight * (metal[k] - bare_metal));
+        largest = rt_max(largest, dielectric);
+    }
+    return largest;
+}
 
 void rt_reflector_init(struct rt_reflector *r, const struct rt_surface *s, const double view[3])
 {
@@ -32,6 +68,9 @@ void rt_reflector_init(struct rt_reflector *r, const struct rt_surface *s, const
         r->through[k] = through * (1 - lost);
         r->through_edge[k] = through * lost_edge;
     }
+    r->film.weight = s->film;
+    if (s->film > 0)
+        init_film(&r->film, s, f0, weight);
     rt_lobes_init(&r->lobes, s, view);
 }
 
@@ -49,16 +88,20 @@ static double ggx_of(double a2, double n_dot_v, double seen, double n_dot_h, dou
     return 0.5 * a2 / (pi * f * f * rt_max(visibility, 1e-10));
 }
 
-/* The lobe between l and v, and Schlick's power at their half vector. */
+/* Cosines at the half vector of light and view, and Schlick's power there. */
+struct half {
+    double n_dot_h, v_dot_h, w;
+};
+
+/* The lobe between l and v. */
 static double ggx(const struct rt_reflector *r, const double l[3], double n_dot_l,
-                  double *n_dot_half, double *w)
+                  struct half *half)
 {
     double h[3] = {l[0] + r->view[0], l[1] + r->view[1], l[2] + r->view[2]};
     double square = vec3_dot(h, h), inverse = square > 0 ? 1 / sqrt(square) : 0;
     double n_dot_h = rt_min(rt_max(vec3_dot(r->normal, h) * inverse, 0), 1);
     double c = rt_min(rt_max(1 - vec3_dot(r->view, h) * inverse, 0), 1), c2 = c * c;
-    *w = c2 * c2 * c;
-    *n_dot_half = n_dot_h;
+    *half = (struct half){.n_dot_h = n_dot_h, .v_dot_h = 1 - c, .w = c2 * c2 * c};
     return ggx_of(r->alpha_square, r->n_dot_v, r->seen, n_dot_h, n_dot_l);
 }
 
@@ -85,26 +128,34 @@ static void add_lobes(const struct rt_reflector *r, const double l[3], double n_
 
 bool rt_reflect(const struct rt_reflector *r, const double l[3], double out[3])
 {
-    double n_dot_l = vec3_dot(r->normal, l), n_dot_h, w;
+    double n_dot_l = vec3_dot(r->normal, l), filmed[3], largest = 0;
+    const bool has_film = r->film.weight > 0;
+    struct half half;
     const bool has_lobes = r->lobes.has_sheen || r->lobes.has_coat;
     if (n_dot_l > 0) {
-        double lobe = ggx(r, l, n_dot_l, &n_dot_h, &w);
+        double lobe = ggx(r, l, n_dot_l, &half);
+        if (has_film)
+            largest = film_reflects(&r->film, half.v_dot_h, half.w, filmed);
         for (int k = 0; k < 3; k++)
-            out[k] = (r->diffuse[k] - w * r->diffuse_edge[k] +
-                      lobe * (r->specular[k] + w * r->specular_edge[k])) *
+            out[k] = (has_film ? r->film.diffuse[k] * (1 - largest) + lobe * filmed[k]
+                               : r->diffuse[k] - half.w * r->diffuse_edge[k] +
+                                     lobe * (r->specular[k] + half.w * r->specular_edge[k])) *
                      n_dot_l;
         if (has_lobes)
-            add_lobes(r, l, n_dot_h, n_dot_l, out);
+            add_lobes(r, l, half.n_dot_h, n_dot_l, out);
     } else {
         double mirrored[3];
         if (!r->transmits)
             return false;
         for (int k = 0; k < 3; k++)
             mirrored[k] = l[k] - 2 * n_dot_l * r->normal[k];
-        double lobe = ggx(r, mirrored, rt_max(-n_dot_l, 1e-4), &n_dot_h, &w);
+        double lobe = ggx(r, mirrored, rt_max(-n_dot_l, 1e-4), &half);
+        if (has_film)
+            largest = film_reflects(&r->film, half.v_dot_h, half.w, filmed);
         for (int k = 0; k < 3; k++)
-            out[k] = (r->through[k] - w * r->through_edge[k]) * lobe * -n_dot_l *
-                     rt_lobes_passed(&r->lobes);
+            out[k] = (has_film ? r->film.through[k] * (1 - largest)
+                               : r->through[k] - half.w * r->through_edge[k]) *
+                     lobe * -n_dot_l * rt_lobes_passed(&r->lobes);
     }
     return out[0] > 0 || out[1] > 0 || out[2] > 0;
 }
@@ -126,6 +177,22 @@ static double mirrored_share(const double normal[3], const double view[3], doubl
     return rt_min(rt_max(0.5 + 0.5 * mirror_y / (0.05 + 0.95 * roughness), 0), 1);
 }
 
+/* What stands for the reflectance of a filmed base, head on, in the view's direction. Returns the
+ * largest of the dielectric's. */
+static double film_f0s(const struct rt_surface *s, double n_dot_v, double dielectric[3],
+                       double metal[3])
+{
+    double ior = (double)s->material->film_ior, under[3], over[3], largest = 0;
+    rt_film_f0(dielectric, ior, s->film_nm, n_dot_v, under);
+    rt_film_f0(metal, ior, s->film_nm, n_dot_v, over);
+    for (int k = 0; k < 3; k++) {
+        dielectric[k] += s->film * (under[k] - dielectric[k]);
+        metal[k] += s->film * (over[k] - metal[k]);
+        largest = rt_max(largest, dielectric[k]);
+    }
+    return largest;
+}
+
 void rt_reflect_hemisphere(const struct scene_state *state, const struct rt_reflector *r,
                            const struct rt_surface *s, double out[3])
 {
@@ -135,10 +202,13 @@ void rt_reflect_hemisphere(const struct scene_state *state, const struct rt_refl
     double coat_up =
         mirrored_share(r->lobes.coat_normal, r->view, sqrt(sqrt(r->lobes.coat_alpha_square)));
     double split[2], f0s[3], weight = 1, largest = rt_surface_specular(s, f0s, &weight);
+    double metal[3] = {s->base[0], s->base[1], s->base[2]};
     environment_split(s->roughness, n_dot_v, split);
+    if (s->film > 0)
+        largest = film_f0s(s, n_dot_v, f0s, metal);
     for (int k = 0; k < 3; k++) {
         double ground = (double)state->ground[k], range = (double)state->sky[k] - ground;
-        double f0 = weight * f0s[k] + (s->base[k] - weight * f0s[k]) * s->metallic;
+        double f0 = weight * f0s[k] + (metal[k] - weight * f0s[k]) * s->metallic;
         double edge = weight + (1 - weight) * s->metallic;
         double diffuse =
             s->base[k] * (1 - s->metallic) * (1 - s->transmission) * (1 - weight * largest);

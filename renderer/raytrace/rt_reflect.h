@@ -7,6 +7,15 @@
 #include "renderer/raytrace/rt_lobes.h"
 #include "renderer/raytrace/rt_surface.h"
 
+/* The base under a thin film (KHR_materials_iridescence), whose terms are linear in nothing. */
+struct rt_filmed {
+    double weight, ior, thickness_nm; /* weight 0: there is none */
+    double dielectric, interface;     /* share of the base; weight of its reflection */
+    double f0[3], edge[3];            /* of the interface, and what it rises to */
+    double base[3];
+    double diffuse[3], through[3]; /* with what the interface reflects */
+};
+
 /* What all lights share at a surface seen from one side. The terms of f are linear in the specular
  * lobe and in w, the power of Schlick's approximation:
  * diffuse - w * diffuse_edge + lobe * (specular + w * specular_edge). */
@@ -19,6 +28,7 @@ struct rt_reflector {
     double specular[3], specular_edge[3];
     double through[3], through_edge[3]; /* of the mirrored lobe: through - w * through_edge */
     bool transmits;                     /* light that arrives from behind, too */
+    struct rt_filmed film;              /* instead of these, where there is one */
     struct rt_lobes lobes;              /* over all of these */
 };
 

@@ -3,6 +3,7 @@
 #include "renderer/raytrace/rt_surface.h"
 
 #include "renderer/base/matrix.h"
+#include "renderer/raytrace/rt_film.h"
 #include "renderer/raytrace/rt_lobes.h"
 #include "renderer/raytrace/rt_math.h"
 
@@ -282,6 +283,14 @@ static void evaluate_lobes(const struct place *place, struct rt_surface *s)
         sample_slot(place, SCENE_TEXTURE_SHEEN_ROUGHNESS, texel);
         s->sheen_roughness = (double)m->sheen_roughness * texel[3];
     }
+    s->film = 0;
+    if (m->iridescence > 0) {
+        double least = (double)m->film_nm[0], most = (double)m->film_nm[1];
+        sample_slot(place, SCENE_TEXTURE_IRIDESCENCE, texel);
+        s->film = (double)m->iridescence * texel[0];
+        sample_slot(place, SCENE_TEXTURE_IRIDESCENCE_THICKNESS, texel);
+        s->film_nm = least + (most - least) * texel[1];
+    }
 }
 
 /* Textures that decide what light loses. */
@@ -403,9 +412,18 @@ static double reflected_to_camera(const struct rt_surface *s, const double view[
     double c = 1 - clamp01(cosine), c2 = c * c, f0[3], weight;
     double largest = rt_surface_specular(s, f0, &weight);
     double edge = rt_max(s->f0 + rt_surface_edge(s), largest) - largest;
+    double reflected = weight * (largest + edge * c2 * c2 * c), film[3];
     struct rt_lobes lobes;
     rt_lobes_init(&lobes, s, view);
-    return 1 - (1 - weight * (largest + edge * c2 * c2 * c)) * rt_lobes_passed(&lobes);
+    if (s->film > 0) {
+        reflected = 0;
+        rt_film_fresnel(f0, (double)s->material->film_ior, s->film_nm, clamp01(cosine), film);
+        for (int k = 0; k < 3; k++) {
+            double own = f0[k] + (rt_max(s->f0 + rt_surface_edge(s), f0[k]) - f0[k]) * c2 * c2 * c;
+            reflected = rt_max(reflected, weight * (own + s->film * (film[k] - own)));
+        }
+    }
+    return 1 - (1 - reflected) * rt_lobes_passed(&lobes);
 }
 
 void rt_surface_light_filter(const struct rt_surface *s, double cosine, bool enters,

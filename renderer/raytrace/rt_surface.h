@@ -19,6 +19,7 @@ struct rt_surface {
     double coat, coat_roughness;            /* where it has a clearcoat */
     double coat_normal[3];                  /* unit, on the viewer's side */
     double sheen_color[3], sheen_roughness; /* where it has a sheen */
+    double film, film_nm;                   /* weight, 0 without one; thickness */
 };
 
 /* Base colour and alpha after texture and vertex colour, each in [0, 1]. footprint: chooses the

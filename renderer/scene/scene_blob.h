@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 #define SCENE_BLOB_MAGIC "VITRAIL" /* 8 bytes with the NUL */
-enum { SCENE_BLOB_VERSION = 9 };   /* any change of a record or of its meaning raises it */
+enum { SCENE_BLOB_VERSION = 10 };  /* any change of a record or of its meaning raises it */
 
 enum scene_section {
     SCENE_STRINGS,    /* char */
@@ -216,20 +216,22 @@ enum scene_material_flags {
 };
 
 enum scene_texture_slot {
-    SCENE_TEXTURE_BASE_COLOR,          /* sRGB, alpha linear */
-    SCENE_TEXTURE_METALLIC_ROUGHNESS,  /* linear; G roughness, B metallic */
-    SCENE_TEXTURE_NORMAL,              /* linear */
-    SCENE_TEXTURE_OCCLUSION,           /* linear; R */
-    SCENE_TEXTURE_EMISSIVE,            /* sRGB */
-    SCENE_TEXTURE_TRANSMISSION,        /* linear; R */
-    SCENE_TEXTURE_THICKNESS,           /* linear; G */
-    SCENE_TEXTURE_SPECULAR,            /* linear; A */
-    SCENE_TEXTURE_SPECULAR_COLOR,      /* sRGB */
-    SCENE_TEXTURE_CLEARCOAT,           /* linear; R */
-    SCENE_TEXTURE_CLEARCOAT_ROUGHNESS, /* linear; G */
-    SCENE_TEXTURE_CLEARCOAT_NORMAL,    /* linear */
-    SCENE_TEXTURE_SHEEN_COLOR,         /* sRGB */
-    SCENE_TEXTURE_SHEEN_ROUGHNESS,     /* linear; A */
+    SCENE_TEXTURE_BASE_COLOR,            /* sRGB, alpha linear */
+    SCENE_TEXTURE_METALLIC_ROUGHNESS,    /* linear; G roughness, B metallic */
+    SCENE_TEXTURE_NORMAL,                /* linear */
+    SCENE_TEXTURE_OCCLUSION,             /* linear; R */
+    SCENE_TEXTURE_EMISSIVE,              /* sRGB */
+    SCENE_TEXTURE_TRANSMISSION,          /* linear; R */
+    SCENE_TEXTURE_THICKNESS,             /* linear; G */
+    SCENE_TEXTURE_SPECULAR,              /* linear; A */
+    SCENE_TEXTURE_SPECULAR_COLOR,        /* sRGB */
+    SCENE_TEXTURE_CLEARCOAT,             /* linear; R */
+    SCENE_TEXTURE_CLEARCOAT_ROUGHNESS,   /* linear; G */
+    SCENE_TEXTURE_CLEARCOAT_NORMAL,      /* linear */
+    SCENE_TEXTURE_SHEEN_COLOR,           /* sRGB */
+    SCENE_TEXTURE_SHEEN_ROUGHNESS,       /* linear; A */
+    SCENE_TEXTURE_IRIDESCENCE,           /* linear; R */
+    SCENE_TEXTURE_IRIDESCENCE_THICKNESS, /* linear; G */
     SCENE_TEXTURE_SLOT_COUNT
 };
 
@@ -264,6 +266,8 @@ struct scene_material {
     float clearcoat, clearcoat_roughness, clearcoat_normal_scale; /* KHR_materials_clearcoat [0,1];
                                                                      0 = none */
     float sheen_color[3], sheen_roughness; /* KHR_materials_sheen [0,1]; black = none */
+    float iridescence, film_ior;           /* KHR_materials_iridescence [0,1]; 0 = none; [1, 100] */
+    float film_nm[2];                      /* thickness of its film where its texture is 0, and 1 */
     uint32_t alpha_mode;                   /* enum scene_alpha_mode */
     uint32_t flags;                        /* enum scene_material_flags */
     uint32_t pass_through;                 /* enum scene_pass_through */

@@ -9,7 +9,7 @@
 
 struct transparency_method;
 
-enum { PIXEL_LISTS_WORDS = 4 };
+enum { PIXEL_LISTS_WORDS = 5 };
 
 /* The buffers of methods that keep a list of each pixel (renderer/transparency/pixel_lists.h). */
 struct pixel_lists {
@@ -18,7 +18,7 @@ struct pixel_lists {
     struct gl_buffer scan;
     struct gl_buffer statistics; /* two words: as struct list_sizes */
     struct gl_buffer keys;       /* uvec4, two halves: depth, tie, entry, coverage */
-    struct gl_buffer surfaces[PIXEL_LISTS_WORDS]; /* uvec4 per entry; the last for lobes */
+    struct gl_buffer surfaces[PIXEL_LISTS_WORDS]; /* uvec4 per entry; the last two for lobes */
     struct gl_buffer colors;                      /* filled by shading: two vec4 per entry */
     uint64_t pixel_count;                         /* of the window */
     uint64_t list_bytes;  /* that the lists take; the buffers may be larger */
@@ -35,7 +35,7 @@ struct layers { /* zeroed = no method, and no surface */
     bool is_guessed;     /* the device alone knows their number */
     uint64_t most_bytes; /* that the method's buffers may take; 0: any */
     uint64_t missing_bytes; /* that the last surfaces would have taken, where those were too few */
-    bool has_lobes;         /* of the items: shaders/draw/lobes.glsl */
+    uint32_t lobes;         /* of the items: shader_needs_lobes */
     bool has_media, may_surround; /* of the items: struct geometry_items */
     struct pixel_lists lists;     /* of methods that keep lists */
 };

@@ -177,7 +177,7 @@ static uint64_t key_bytes(const struct layers *layers)
 
 static int word_count(const struct layers *layers)
 {
-    return layers->has_lobes ? PIXEL_LISTS_WORDS : PIXEL_LISTS_WORDS - 1;
+    return PIXEL_LISTS_WORDS - 2 + (int)layers->lobes;
 }
 
 static uint64_t entry_bytes(const struct layers *layers)
@@ -208,8 +208,8 @@ static bool find_room(struct layers *layers)
 static bool scatter_fragments(struct layers *layers, const struct window_frame *frame,
                               const struct geometry_items *items, struct error *err)
 {
-    static const char *const labels[PIXEL_LISTS_WORDS] = {"lists.surface_0", "lists.surface_1",
-                                                          "lists.surface_2", "lists.lobes"};
+    static const char *const labels[PIXEL_LISTS_WORDS] = {
+        "lists.surface_0", "lists.surface_1", "lists.surface_2", "lists.lobes", "lists.more_lobes"};
     uint64_t n = layers->entry_count;
     layers->lists.list_bytes += n * entry_bytes(layers);
     if (!reserve(&layers->lists.keys, "lists.keys", n * key_bytes(layers), err) ||
@@ -340,7 +340,7 @@ static void begin(struct layers *layers, const struct window_frame *frame,
 {
     layers_clear(layers);
     layers->has_media = items->medium_count > 0;
-    layers->has_lobes = shader_needs_lobes(frame->needs->layer_kinds);
+    layers->lobes = shader_needs_lobes(frame->needs->layer_kinds);
     layers->may_surround = items->may_surround;
 }
 
@@ -446,8 +446,10 @@ void pixel_lists_bind(const struct layers *layers, const struct gl_program *prog
     bind(&layers->lists.surfaces[0], n * 16, BIND_FRAGMENT_SURFACE_0);
     bind(&layers->lists.surfaces[1], n * 16, BIND_FRAGMENT_SURFACE_1);
     bind(&layers->lists.surfaces[2], n * 16, BIND_FRAGMENT_SURFACE_2);
-    if (layers->has_lobes)
+    if (layers->lobes > 0)
         bind(&layers->lists.surfaces[3], n * 16, BIND_FRAGMENT_LOBES);
+    if (layers->lobes > 1)
+        bind(&layers->lists.surfaces[4], n * 16, BIND_FRAGMENT_MORE_LOBES);
     bind(&layers->lists.colors, n * PIXEL_LISTS_ENTRY_BYTES, BIND_FRAGMENT_COLORS);
     if (!program)
         return;

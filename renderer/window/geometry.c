@@ -117,16 +117,17 @@ void geometry_items_finish(struct geometry_items *items)
 /* Bits of a variant above the mask of its textures. */
 enum {
     VARIANT_TEXTURES = (1 << SCENE_TEXTURE_SLOT_COUNT) - 1,
-    VARIANT_TANGENT = 1 << 16,
-    VARIANT_COLOR = 1 << 17,
-    VARIANT_NORMAL_MAP = 1 << 18,
-    VARIANT_MASKED = 1 << 19,
-    VARIANT_MEDIUM = 1 << 20,
-    VARIANT_CAP = 1 << 21,
-    VARIANT_LOBES = 1 << 22,
+    VARIANT_TANGENT = 1 << 22,
+    VARIANT_COLOR = 1 << 23,
+    VARIANT_NORMAL_MAP = 1 << 24,
+    VARIANT_MASKED = 1 << 25,
+    VARIANT_MEDIUM = 1 << 26,
+    VARIANT_CAP = 1 << 27,
+    VARIANT_LOBES = 1 << 28,
+    VARIANT_MORE_LOBES = 1 << 29,
     KNOWN_VARIANTS = 256, /* a power of two */
 };
-static_assert(SCENE_TEXTURE_SLOT_COUNT <= 16, "the other bits of a variant are above");
+static_assert(SCENE_TEXTURE_SLOT_COUNT <= 22, "the other bits of a variant are above");
 
 /* A program in use, its uniforms set. */
 struct known_variant {
@@ -160,6 +161,9 @@ static bool slot_matters(const struct scene_material *m, int slot)
     case SCENE_TEXTURE_SHEEN_COLOR:
     case SCENE_TEXTURE_SHEEN_ROUGHNESS:
         return scene_material_has_sheen(m);
+    case SCENE_TEXTURE_IRIDESCENCE:
+    case SCENE_TEXTURE_IRIDESCENCE_THICKNESS:
+        return m->iridescence > 0;
     default:
         return true;
     }
@@ -194,8 +198,9 @@ static uint32_t variant_of(const struct variant_context *context, const struct s
                    (p->flags & SCENE_PRIMITIVE_HAS_TANGENTS ? (uint32_t)VARIANT_TANGENT : 0u);
     if (p->flags & SCENE_PRIMITIVE_HAS_COLORS)
         variant |= VARIANT_COLOR;
-    if (!context->is_layer && shader_needs_lobes(material_flags(material)))
-        variant |= VARIANT_LOBES;
+    uint32_t lobes = context->is_layer ? 0 : shader_needs_lobes(material_flags(material));
+    variant |= (lobes > 0 ? (uint32_t)VARIANT_LOBES : 0u) |
+               (lobes > 1 ? (uint32_t)VARIANT_MORE_LOBES : 0u);
     if (item->class_ == STATE_MASKED || m->alpha_mode == SCENE_MASK)
         variant |= VARIANT_MASKED;
     return variant;
@@ -221,8 +226,9 @@ static void describe_variant(const struct variant_context *context, uint32_t var
     char kinds[SHADER_NEEDS_TEXT_BYTES] = "";
     if (context->is_layer)
         shader_needs_material_defines(context->frame->needs->layer_kinds, kinds);
-    snprintf(text + used, VARIANT_BYTES - (size_t)used, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s%s%s",
+    snprintf(text + used, VARIANT_BYTES - (size_t)used, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s%s%s%s",
              mask, mask ? " HAS_TEXCOORDS" : "", variant & VARIANT_LOBES ? " HAS_LOBES" : "",
+             variant & VARIANT_MORE_LOBES ? " HAS_MORE_LOBES" : "",
              variant & VARIANT_TANGENT ? " HAS_TANGENT" : "",
              variant & VARIANT_COLOR ? " HAS_COLOR" : "",
              variant & VARIANT_NORMAL_MAP ? " HAS_NORMAL_MAP" : "",

@@ -4,7 +4,7 @@
 
 #include <epoxy/gl.h>
 
-static bool create_textures(struct targets *t, bool has_lobes, struct error *err)
+static bool create_textures(struct targets *t, uint32_t lobes, struct error *err)
 {
     int samples = t->samples > 1 ? t->samples : 0;
     struct gl_texture_desc desc = {.width = t->width, .height = t->height, .samples = samples};
@@ -15,9 +15,11 @@ static bool create_textures(struct targets *t, bool has_lobes, struct error *err
     desc.label = "gbuffer.surface_1";
     if (!gl_texture_init(&t->surface_1, &desc, err))
         return false;
-    desc.label = "gbuffer.lobes";
-    if (has_lobes && !gl_texture_init(&t->lobes, &desc, err))
-        return false;
+    for (uint32_t i = 0; i < lobes; i++) {
+        desc.label = i ? "gbuffer.more_lobes" : "gbuffer.lobes";
+        if (!gl_texture_init(&t->lobes[i], &desc, err))
+            return false;
+    }
     desc.label = "gbuffer.signature";
     desc.format = GL_R32UI;
     if (samples && !gl_texture_init(&t->signature, &desc, err))
@@ -35,7 +37,8 @@ static bool create_textures(struct targets *t, bool has_lobes, struct error *err
 static bool are_as_asked(const struct targets *t, const struct targets_desc *desc)
 {
     return t->gbuffer.name && t->width == desc->width && t->height == desc->height &&
-           t->samples == desc->samples && (t->lobes.name != 0) == desc->has_lobes;
+           t->samples == desc->samples && (t->lobes[0].name != 0) == (desc->lobes > 0) &&
+           (t->lobes[1].name != 0) == (desc->lobes > 1);
 }
 
 bool targets_prepare(struct targets *t, const struct targets_desc *desc, struct error *err)
@@ -46,19 +49,15 @@ bool targets_prepare(struct targets *t, const struct targets_desc *desc, struct 
     t->width = desc->width;
     t->height = desc->height;
     t->samples = desc->samples;
-    const struct gl_texture *last = desc->has_lobes ? &t->lobes : NULL;
-    const struct gl_texture *third = desc->samples > 1 ? &t->signature : last;
-    if (third == last)
-        last = NULL;
+    struct gl_framebuffer_desc gbuffer = {
+        .label = "gbuffer", .colors = {&t->surface_0, &t->surface_1}, .depth = &t->depth};
+    uint32_t used = 2;
+    if (desc->samples > 1)
+        gbuffer.colors[used++] = &t->signature;
+    for (uint32_t i = 0; i < desc->lobes; i++)
+        gbuffer.colors[used++] = &t->lobes[i];
     bool ok =
-        create_textures(t, desc->has_lobes, err) &&
-        gl_framebuffer_init(&t->gbuffer,
-                            &(struct gl_framebuffer_desc){
-                                .label = "gbuffer",
-                                .colors = {&t->surface_0, &t->surface_1, third, last},
-                                .depth = &t->depth,
-                            },
-                            err) &&
+        create_textures(t, desc->lobes, err) && gl_framebuffer_init(&t->gbuffer, &gbuffer, err) &&
         gl_framebuffer_init(
             &t->depth_only,
             &(struct gl_framebuffer_desc){.label = "gbuffer.depth_only", .depth = &t->depth}, err);
@@ -106,9 +105,9 @@ bool targets_prepare_apart(struct targets *t, struct error *err)
                            err));
 }
 
-uint64_t targets_pixel_bytes(int samples, bool has_lobes)
+uint64_t targets_pixel_bytes(int samples, uint32_t lobes)
 {
-    uint64_t depth = 4, surfaces = has_lobes ? 48 : 32, signature = samples > 1 ? 4 : 0, image = 16;
+    uint64_t depth = 4, surfaces = 32 + 16 * lobes, signature = samples > 1 ? 4 : 0, image = 16;
     uint64_t apart = samples > 1 ? 16 + 8 : 0; /* light, and places in two lists */
     return (surfaces + signature + depth) * (uint64_t)samples + image + apart;
 }
@@ -124,7 +123,8 @@ void targets_finish(struct targets *t)
     gl_framebuffer_finish(&t->depth_only);
     gl_texture_finish(&t->surface_0);
     gl_texture_finish(&t->surface_1);
-    gl_texture_finish(&t->lobes);
+    for (int i = 0; i < 2; i++)
+        gl_texture_finish(&t->lobes[i]);
     gl_texture_finish(&t->signature);
     gl_texture_finish(&t->depth);
     gl_texture_finish(&t->image);
@@ -136,7 +136,7 @@ void targets_finish(struct targets *t)
 
 uint64_t targets_size_bytes(const struct targets *t)
 {
-    return t->surface_0.size_bytes + t->surface_1.size_bytes + t->lobes.size_bytes +
-           t->signature.size_bytes + t->depth.size_bytes + t->image.size_bytes +
-           t->parts.size_bytes + t->light.size_bytes + apart_bytes(t);
+    return t->surface_0.size_bytes + t->surface_1.size_bytes + t->lobes[0].size_bytes +
+           t->lobes[1].size_bytes + t->signature.size_bytes + t->depth.size_bytes +
+           t->image.size_bytes + t->parts.size_bytes + t->light.size_bytes + apart_bytes(t);
 }

@@ -8,7 +8,8 @@
 struct targets {
     int width, height, samples;             /* of what is allocated */
     struct gl_texture surface_0, surface_1; /* RGBA32UI: shaders/draw/surface.glsl */
-    struct gl_texture lobes; /* RGBA32UI: shaders/draw/lobes.glsl; only where materials have any */
+    struct gl_texture lobes[2];  /* RGBA32UI: shaders/draw/lobes.glsl; only where materials have any
+                                  */
     struct gl_texture signature; /* R32UI: tells surfaces apart; only when multisampled */
     struct gl_texture depth;     /* D32F, reversed: 0 is infinitely far */
     struct gl_texture image;     /* RGBA32F, linear, associated alpha */
@@ -23,7 +24,7 @@ struct targets {
 
 struct targets_desc {
     int width, height, samples;
-    bool has_lobes;
+    uint32_t lobes; /* words of four per surface: shader_needs_lobes */
 };
 
 /* Re-creates the targets when they differ. */
@@ -37,7 +38,7 @@ uint64_t targets_apart_list_bytes(const struct targets *targets);
 /* Makes targets->light and targets->apart where they are absent. */
 MUST_CHECK bool targets_prepare_apart(struct targets *targets, struct error *err);
 /* What targets with so many samples take for a pixel, and their parts beside them. */
-uint64_t targets_pixel_bytes(int samples, bool has_lobes);
+uint64_t targets_pixel_bytes(int samples, uint32_t lobes);
 uint64_t targets_parts_pixel_bytes(int samples);
 void targets_finish(struct targets *targets);
 uint64_t targets_size_bytes(const struct targets *targets);

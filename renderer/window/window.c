@@ -67,8 +67,12 @@ void window_bind_targets(const struct window_frame *frame, const struct gl_progr
     gl_texture_bind(&frame->targets->surface_0, UNIT_GBUFFER_0);
     gl_texture_bind(&frame->targets->surface_1, UNIT_GBUFFER_1);
     gl_texture_bind(&frame->targets->depth, UNIT_GBUFFER_DEPTH);
-    if (frame->targets->lobes.name)
-        gl_texture_bind(&frame->targets->lobes, UNIT_GBUFFER_LOBES);
+    if (frame->targets->lobes[0].name)
+        gl_texture_bind(&frame->targets->lobes[0], UNIT_GBUFFER_LOBES);
+    if (frame->targets->lobes[1].name) {
+        gl_texture_bind(&frame->targets->lobes[1], UNIT_GBUFFER_MORE_LOBES);
+        glBindSampler(UNIT_GBUFFER_MORE_LOBES, 0);
+    }
     if (frame->targets->samples > 1)
         gl_texture_bind(&frame->targets->signature, UNIT_GBUFFER_SIGNATURE);
     for (GLuint unit = UNIT_GBUFFER_LOBES; unit <= UNIT_GBUFFER_DEPTH; unit++)

@@ -100,6 +100,11 @@ surface_lobes evaluate_lobes()
         lobes.coat_normal =
             evaluate_normal_map(m, lobes.coat_normal, SLOT_CLEARCOAT_NORMAL, coat_sheen.w);
 #endif
+#ifdef HAS_MORE_LOBES
+    vec4 film = r.LOBES_FILM;
+    lobes.film.x = film.x * evaluate_texel(m + 1u, SLOT_IRIDESCENCE).r;
+    lobes.film.y = mix(film.z, film.w, evaluate_texel(m + 1u, SLOT_IRIDESCENCE_THICKNESS).g);
+#endif
     return lobes;
 }
 #endif

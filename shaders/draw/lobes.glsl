@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a material with MATERIAL_LOBES adds to a surface, as it travels from the geometry passes to
-// the shading passes: a word of four.
+// the shading passes: a word of four, and where materials have MATERIAL_MORE_LOBES another one.
 #include "base/pack.glsl"
 
 struct surface_lobes {
@@ -9,6 +9,9 @@ struct surface_lobes {
     float sheen_roughness;
     float coat, coat_roughness;
     vec3 coat_normal; // unit, view space, on the viewer's side
+#ifdef HAS_MORE_LOBES
+    vec2 film; // weight; thickness [nm]
+#endif
 };
 
 uvec4 lobes_pack(surface_lobes lobes)
@@ -32,3 +35,18 @@ surface_lobes lobes_unpack(uvec4 words)
     lobes.sheen_roughness = fibres.a;
     return lobes;
 }
+
+#ifdef HAS_MORE_LOBES
+// Of a float that is not negative the upper 24 bits below the sign: a thickness within 2^-16.
+uvec4 more_lobes_pack(surface_lobes lobes)
+{
+    uint weight = uint(clamp(lobes.film.x, 0.0, 1.0) * 255.0 + 0.5);
+    uint thickness = floatBitsToUint(max(lobes.film.y, 0.0)) + 64u >> 7;
+    return uvec4(weight << 24 | thickness & 0xffffffu, 0u, 0u, 0u);
+}
+
+void more_lobes_unpack(uvec4 words, inout surface_lobes lobes)
+{
+    lobes.film = vec2(float(words.x >> 24) / 255.0, uintBitsToFloat((words.x & 0xffffffu) << 7));
+}
+#endif

@@ -31,6 +31,9 @@ float ggx_v(float n_dot_l, float n_dot_v, float alpha)
 
 #include "material/sheen.glsl"
 #include "material/clearcoat.glsl"
+#ifdef HAS_MORE_LOBES
+#include "material/film.glsl"
+#endif
 
 struct brdf_input {
     vec3 normal, view;
@@ -42,24 +45,48 @@ struct brdf_input {
     vec3 coat_normal;
     float coat_alpha; // where MATERIAL_CLEARCOAT
     float below_sheen, below_coat; // shares of the light of what lies below that come through
+#ifdef HAS_MORE_LOBES
+    vec3 film; // weight, index of refraction, thickness [nm]; weight 0 without MATERIAL_FILM
+#endif
 };
+
+#ifdef HAS_MORE_LOBES
+// What the film makes of a reflection whose f0 in air is that; weight: of the dielectric's.
+vec3 film_over(brdf_input b, vec3 reflected, vec3 f0, float weight, float cosine)
+{
+    return mix(reflected, weight * film_fresnel(f0, b.film.y, b.film.z, cosine), b.film.x);
+}
+#endif
+
+// Reflectance of the dielectric's interface by channel, where there are lobes.
+vec3 brdf_interface(brdf_input b, float cosine)
+{
+    vec4 specular = MATERIAL_MAY_BE(MATERIAL_SPECULAR) ? b.specular : vec4(1.0);
+    vec3 reflected = specular_fresnel(b.f0, specular, cosine);
+#ifdef HAS_MORE_LOBES
+    if (MATERIAL_MAY_BE(MATERIAL_FILM) && b.film.x > 0.0)
+        reflected = film_over(b, reflected, min(b.f0 * specular.rgb, vec3(1.0)), specular.w,
+                              cosine);
+#endif
+    return reflected;
+}
 
 // Diffuse part and lobe of the dielectric. The largest channel of a tinted reflection is what the
 // diffuse part loses.
 vec3 brdf_dielectric(brdf_input b, vec3 diffuse, float lobe, float cosine)
 {
-    if (!MATERIAL_MAY_BE(MATERIAL_SPECULAR))
+    if (!MATERIAL_MAY_BE(MATERIAL_SPECULAR | MATERIAL_FILM))
         return mix(diffuse, vec3(lobe), dielectric_fresnel(b.f0, cosine));
-    vec3 reflected = specular_fresnel(b.f0, b.specular, cosine);
+    vec3 reflected = brdf_interface(b, cosine);
     return diffuse * (1.0 - largest_of(reflected)) + lobe * reflected;
 }
 
 // What the dielectric does not let through.
 float brdf_fresnel(brdf_input b, float cosine)
 {
-    if (!MATERIAL_MAY_BE(MATERIAL_SPECULAR))
+    if (!MATERIAL_MAY_BE(MATERIAL_SPECULAR | MATERIAL_FILM))
         return dielectric_fresnel(b.f0, cosine);
-    return largest_of(specular_fresnel(b.f0, b.specular, cosine));
+    return largest_of(brdf_interface(b, cosine));
 }
 
 // f * cosine of the base for light arriving from direction l.
@@ -75,7 +102,12 @@ vec3 brdf_evaluate_base(brdf_input b, vec3 l)
         float w = schlick_weight(dot(b.view, h));
         vec3 diffuse = b.base * ((1.0 - b.transmission) / PI);
         vec3 dielectric = brdf_dielectric(b, diffuse, lobe, dot(b.view, h));
-        vec3 metal = lobe * (b.base + (1.0 - b.base) * w);
+        vec3 metal = b.base + (1.0 - b.base) * w;
+#ifdef HAS_MORE_LOBES
+        if (MATERIAL_MAY_BE(MATERIAL_FILM) && b.film.x > 0.0 && b.metallic > 0.0)
+            metal = film_over(b, metal, b.base, 1.0, dot(b.view, h));
+#endif
+        metal *= lobe;
         result = mix(dielectric, metal, b.metallic) * n_dot_l;
     } else if (b.transmission > 0.0 && b.metallic < 1.0) {
         // KHR_materials_transmission: the reflection lobe, mirrored to the other side of the thin

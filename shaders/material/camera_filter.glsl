@@ -7,6 +7,9 @@
 #include "material/fresnel.glsl"
 #include "material/sheen.glsl"
 #include "material/clearcoat.glsl"
+#ifdef HAS_MORE_LOBES
+#include "material/film.glsl"
+#endif
 #include "material/filter_word.glsl"
 
 struct camera_factor {

@@ -20,7 +20,9 @@ layout(std430, binding = BIND_MATERIALS) readonly buffer material_buffer {
 #endif
 #if TEXTURES != 0
 layout(binding = UNIT_MATERIAL_0) uniform sampler2D
-#if TEXTURES > 127
+#if TEXTURES > 16383
+    u_textures[21];
+#elif TEXTURES > 127
     u_textures[14];
 #else
     u_textures[7]; // fewer units, which casters use for other things
@@ -33,7 +35,8 @@ struct material_uv {
 // Derivatives are taken of the varyings and transformed afterwards: on llvmpipe a storage buffer
 // reads as zero in the helper lanes of a quad, which would spoil any derivative of a value that
 // depends on the material record.
-// m: the record that has the slot, which is that of its lobes from SLOTS_OF_BASE on.
+// m: the record that has the slot, which is that of its lobes from SLOTS_OF_BASE on, and the next
+// one from 2 * SLOTS_OF_BASE on.
 material_uv material_coordinates(uint m, int slot, vec2 uv_0, vec2 uv_1)
 {
     vec2 dx_0 = dFdx(uv_0), dy_0 = dFdy(uv_0), dx_1 = dFdx(uv_1), dy_1 = dFdy(uv_1);
@@ -63,6 +66,8 @@ material_uv material_coordinates(uint m, int slot, vec2 uv_0, vec2 uv_1)
 #define SLOT_CLEARCOAT_NORMAL 11
 #define SLOT_SHEEN_COLOR 12
 #define SLOT_SHEEN_ROUGHNESS 13
+#define SLOT_IRIDESCENCE 14
+#define SLOT_IRIDESCENCE_THICKNESS 15
 
 vec4 material_texel(uint m, int slot, vec2 uv_0, vec2 uv_1, vec4 otherwise)
 {

@@ -188,12 +188,30 @@ vec3 hemisphere_mirrored(brdf_input b, vec3 normal, float roughness)
     return mix(u_ground, u_sky, clamp(0.5 + 0.5 * dot(u_world_y, r) / spread, 0.0, 1.0));
 }
 
-// With fibres, a coat, or another reflection of the dielectric.
+#ifdef HAS_MORE_LOBES
+// The f0 that under Schlick's law reflects at this angle what the film does.
+vec3 film_f0(brdf_input b, vec3 f0, float weight, float cosine)
+{
+    vec3 in_air = weight > 0.0 ? f0 / weight : vec3(0.0);
+    float w = schlick_weight(cosine);
+    vec3 film = film_fresnel(in_air, b.film.y, b.film.z, cosine);
+    film = max(film - w, 0.0) / max(1.0 - w, 1e-4);
+    return mix(f0, weight * min(film, vec3(1.0)), b.film.x);
+}
+#endif
+
+// With fibres, a coat, a film, or another reflection of the dielectric.
 vec3 hemisphere_lobes(brdf_input b, vec3 irradiance, vec2 split, float n_dot_v, float roughness)
 {
-    vec3 f0 = b.specular.w * min(b.f0 * b.specular.rgb, vec3(1.0));
+    vec3 f0 = b.specular.w * min(b.f0 * b.specular.rgb, vec3(1.0)), metal = b.base;
+#ifdef HAS_MORE_LOBES
+    if (MATERIAL_MAY_BE(MATERIAL_FILM) && b.film.x > 0.0) {
+        f0 = film_f0(b, f0, b.specular.w, n_dot_v);
+        metal = film_f0(b, metal, 1.0, n_dot_v);
+    }
+#endif
     float dielectric = (1.0 - b.metallic) * (1.0 - b.transmission) * (1.0 - largest_of(f0));
-    f0 = mix(f0, b.base, b.metallic);
+    f0 = mix(f0, metal, b.metallic);
     float edge = mix(b.specular.w, 1.0, b.metallic);
     vec3 sent = b.base * dielectric * irradiance +
                 hemisphere_mirrored(b, b.normal, roughness) * (f0 * split.x + edge * split.y);
@@ -233,13 +251,23 @@ struct lit_surface {
 #ifdef HAS_LOBES
     uvec4 lobes; // lobes_pack's; undefined where the material has none
 #endif
+#ifdef HAS_MORE_LOBES
+    uvec4 more_lobes; // likewise
+#endif
 };
 
 #ifdef HAS_LOBES
 // b.normal and b.view are known.
-void lighting_add_lobes(inout brdf_input b, uvec4 words, uint flags)
+void lighting_add_lobes(inout brdf_input b, lit_surface at, uint flags)
 {
-    surface_lobes lobes = lobes_unpack(words);
+    surface_lobes lobes = lobes_unpack(at.lobes);
+#ifdef HAS_MORE_LOBES
+    more_lobes_unpack(at.more_lobes, lobes);
+    b.film = vec3(0.0);
+    if (MATERIAL_IS(flags, MATERIAL_FILM))
+        b.film = vec3(lobes.film.x, materials[materials[at.s.material].lobes].LOBES_FILM.y,
+                      lobes.film.y);
+#endif
     float n_dot_v = clamp(dot(b.normal, b.view), 1e-4, 1.0);
     bool has_sheen = MATERIAL_IS(flags, MATERIAL_SHEEN);
     bool has_coat = MATERIAL_IS(flags, MATERIAL_CLEARCOAT);
@@ -273,7 +301,7 @@ vec3 lighting_evaluate(lit_surface at)
     b.f0 = materials[s.material].transmission_f0_thickness.y;
     b.transmission = MATERIAL_MAY_BE(MATERIAL_TRANSMISSION) ? at.transmission : 0.0;
 #ifdef HAS_LOBES
-    lighting_add_lobes(b, at.lobes, flags);
+    lighting_add_lobes(b, at, flags);
     s.emissive *= b.below_coat;
 #endif
     vec3 radiance = IS_FIRST_PART ? s.emissive : at.before;

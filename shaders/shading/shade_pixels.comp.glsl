@@ -151,6 +151,9 @@ lit_surface load_sample(ivec2 pixel, int i, float depth, vec2 offset)
 #ifdef HAS_LOBES
     at.lobes = texelFetch(u_lobes, pixel, i);
 #endif
+#ifdef HAS_MORE_LOBES
+    at.more_lobes = texelFetch(u_more_lobes, pixel, i);
+#endif
     at.transmission = 0.0;
     at.pixel = uvec2(pixel);
     at.view_z = view_depth(depth);

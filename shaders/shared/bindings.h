@@ -27,7 +27,8 @@
 /* uvec4: transmission, thickness (of a medium: both hold transmission and slopes of the depth),
  * pixel, depth */
 #define BIND_FRAGMENT_SURFACE_2 9
-#define BIND_FRAGMENT_LOBES 13 /* shaders/draw/lobes.glsl, where materials have any */
+#define BIND_FRAGMENT_LOBES 13     /* shaders/draw/lobes.glsl, where materials have any */
+#define BIND_FRAGMENT_MORE_LOBES 0 /* likewise */
 
 /* building shadows and lists; numbers above are not in use at that time and may be shared */
 #define BIND_DEEP_LIGHTS 5          /* struct deep_light[] */
@@ -57,11 +58,12 @@
 
 /* texture units */
 #define UNIT_GBUFFER_SIGNATURE 7
-#define UNIT_MATERIAL_0 0 /* units 0..13: slots in the order of enum scene_texture_slot */
+#define UNIT_MATERIAL_0 0 /* units 0..20: slots in the order of enum scene_texture_slot */
 #define UNIT_GBUFFER_0 8
 #define UNIT_GBUFFER_1 9
 #define UNIT_GBUFFER_DEPTH 10
 #define UNIT_GBUFFER_LOBES 6
+#define UNIT_GBUFFER_MORE_LOBES 5
 #define UNIT_SHADOW_DEPTH 11  /* samplerBuffer R32F: nearest opaque caster */
 #define UNIT_SHADOW_HEADS 12  /* usamplerBuffer */
 #define UNIT_SHADOW_EVENTS 13 /* samplerBuffer RGBA32F: depth, transmittance */

@@ -69,8 +69,11 @@ LAYOUT_SIZE(face_record, 256)
 #define MATERIAL_SPECULAR 2048u  /* other than the dielectric's own reflection */
 #define MATERIAL_CLEARCOAT 4096u /* a coat over all */
 #define MATERIAL_SHEEN 8192u     /* fibres over the base */
+#define MATERIAL_FILM 16384u     /* a thin film over the base (KHR_materials_iridescence) */
 
-#define MATERIAL_LOBES (MATERIAL_SPECULAR | MATERIAL_CLEARCOAT | MATERIAL_SHEEN)
+#define MATERIAL_MORE_LOBES MATERIAL_FILM /* those with the second word of four of lobes.glsl */
+#define MATERIAL_LOBES \
+    (MATERIAL_SPECULAR | MATERIAL_CLEARCOAT | MATERIAL_SHEEN | MATERIAL_MORE_LOBES)
 
 #define MATERIAL_KIND_METAL 0x10000u /* of no record: in masks of kinds, see material.glsl */
 
@@ -88,7 +91,8 @@ struct material_record {
     vec4 edge_color;
     uint flags;         /* MATERIAL_* */
     uint lobes;         /* of MATERIAL_LOBES: the record with LOBES_... and uv_transforms of slots
-                           SLOTS_OF_BASE on */
+                           SLOTS_OF_BASE on; of MATERIAL_MORE_LOBES: the next record has those of
+                           slots 2 * SLOTS_OF_BASE on */
     uint texcoord_mask; /* bit set: slot uses TEXCOORD_1 */
     uint source;        /* index of the scene's material: scaled copies share one */
     vec4 uv_transforms[14]; /* two rows per slot: (a, b, c, -) */
@@ -100,6 +104,9 @@ struct material_record {
 /* x coat, y its roughness, z that of the sheen, w scale of the coat's normal map */
 #define LOBES_COAT_SHEEN emissive_alpha_cutoff
 #define LOBES_SHEEN_COLOR metallic_roughness_normal_occlusion /* w unused */
+/* x weight of the film, y its index of refraction, z and w thickness [nm] where the texture is 0
+ * and 1 */
+#define LOBES_FILM transmission_f0_thickness
 LAYOUT(material_record, flags, 96)
 LAYOUT(material_record, uv_transforms, 112)
 LAYOUT_SIZE(material_record, 336)

@@ -30,6 +30,11 @@ layout(std430, binding = BIND_FRAGMENT_LOBES) writeonly buffer lobes_buffer {
     uvec4 lobes_words[];
 };
 #endif
+#ifdef HAS_MORE_LOBES
+layout(std430, binding = BIND_FRAGMENT_MORE_LOBES) writeonly buffer more_lobes_buffer {
+    uvec4 more_lobes_words[];
+};
+#endif
 uniform uint u_width_px;
 uniform uint u_list_room; // entries
 #ifdef CUT_PLANES
@@ -85,8 +90,17 @@ float reflected_by_lobes(surface_lobes lobes, material_record r, vec3 normal, ve
 {
     float n_dot_v = clamp(abs(dot(normal, view)), 1e-4, 1.0);
     vec4 specular = MATERIAL_IS(r.flags, MATERIAL_SPECULAR) ? lobes.specular : vec4(1.0);
-    float passed =
-        1.0 - largest_of(specular_fresnel(r.transmission_f0_thickness.y, specular, n_dot_v));
+    float f0 = r.transmission_f0_thickness.y;
+    vec3 reflected = specular_fresnel(f0, specular, n_dot_v);
+#ifdef HAS_MORE_LOBES
+    if (MATERIAL_IS(r.flags, MATERIAL_FILM)) {
+        float film_ior = materials[r.lobes].LOBES_FILM.y;
+        vec3 tinted = min(f0 * specular.rgb, vec3(1.0));
+        vec3 film = film_fresnel(tinted, film_ior, lobes.film.y, n_dot_v);
+        reflected = mix(reflected, specular.w * film, lobes.film.x);
+    }
+#endif
+    float passed = 1.0 - largest_of(reflected);
     if (MATERIAL_IS(r.flags, MATERIAL_SHEEN))
         passed *= sheen_base_share(lobes.sheen, clamp(dot(normal, view), 1e-4, 1.0),
                                    lobes.sheen_roughness);
@@ -173,6 +187,9 @@ void main()
     surfaces_1[entry] = surface_pack_1(s);
 #ifdef HAS_LOBES
     lobes_words[entry] = lobes_pack(lobes);
+#endif
+#ifdef HAS_MORE_LOBES
+    more_lobes_words[entry] = more_lobes_pack(lobes);
 #endif
     surfaces_2[entry] = uvec4(extra, pixel, floatBitsToUint(depth));
     colors[2u * entry + 1u] = vec4(filter_, is_left_unseen(s) ? 0.0 : s.alpha);

@@ -12,6 +12,11 @@ layout(std430, binding = BIND_FRAGMENT_LOBES) readonly buffer lobes_buffer {
     uvec4 lobes_words[];
 };
 #endif
+#ifdef HAS_MORE_LOBES
+layout(std430, binding = BIND_FRAGMENT_MORE_LOBES) readonly buffer more_lobes_buffer {
+    uvec4 more_lobes_words[];
+};
+#endif
 uniform uint u_width_px;
 uniform uint u_pixels;
 
@@ -23,6 +28,9 @@ bool surface_load(uint entry, out lit_surface at)
     at.s = surface_unpack(surfaces_0[entry], surfaces_1[entry]);
 #ifdef HAS_LOBES
     at.lobes = lobes_words[entry];
+#endif
+#ifdef HAS_MORE_LOBES
+    at.more_lobes = more_lobes_words[entry];
 #endif
     at.transmission = uintBitsToFloat(extra.x);
 #ifdef HAS_MEDIA

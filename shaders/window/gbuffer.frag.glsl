@@ -16,6 +16,14 @@ layout(location = 3)
 layout(location = 2)
 #endif
     out uvec4 o_lobes; // undefined, and not read, where the material has none
+#ifdef HAS_MORE_LOBES
+#ifdef HAS_COVERAGE
+layout(location = 4)
+#else
+layout(location = 3)
+#endif
+    out uvec4 o_more_lobes; // likewise
+#endif
 #endif
 
 #ifdef HAS_NORMAL_OFFSET
@@ -48,7 +56,11 @@ void main()
         surface_pack_normal_offset(o_surface_1.y, normal_offset_over_distance(s.is_front));
 #endif
 #ifdef HAS_LOBES
-    o_lobes = lobes_pack(evaluate_lobes());
+    surface_lobes lobes = evaluate_lobes();
+    o_lobes = lobes_pack(lobes);
+#ifdef HAS_MORE_LOBES
+    o_more_lobes = more_lobes_pack(lobes);
+#endif
 #endif
 #ifdef HAS_COVERAGE
     o_signature = surface_signature(s);

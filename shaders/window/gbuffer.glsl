@@ -5,6 +5,9 @@
 #ifdef HAS_LOBES
 layout(binding = UNIT_GBUFFER_LOBES) uniform usampler2DMS u_lobes;
 #endif
+#ifdef HAS_MORE_LOBES
+layout(binding = UNIT_GBUFFER_MORE_LOBES) uniform usampler2DMS u_more_lobes;
+#endif
 layout(binding = UNIT_GBUFFER_0) uniform usampler2DMS u_surface_0;
 layout(binding = UNIT_GBUFFER_1) uniform usampler2DMS u_surface_1;
 layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2DMS u_depth_map;
@@ -12,6 +15,9 @@ layout(binding = UNIT_GBUFFER_SIGNATURE) uniform usampler2DMS u_signature;
 #else
 #ifdef HAS_LOBES
 layout(binding = UNIT_GBUFFER_LOBES) uniform usampler2D u_lobes;
+#endif
+#ifdef HAS_MORE_LOBES
+layout(binding = UNIT_GBUFFER_MORE_LOBES) uniform usampler2D u_more_lobes;
 #endif
 layout(binding = UNIT_GBUFFER_0) uniform usampler2D u_surface_0;
 layout(binding = UNIT_GBUFFER_1) uniform usampler2D u_surface_1;

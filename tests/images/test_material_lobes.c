@@ -52,6 +52,46 @@ static const struct glb_material_desc materials[SPHERES] = {
      .clearcoat_roughness = 0.5},
 };
 
+static const struct glb_material_desc films[SPHERES] = {
+    {.base_color = {0.05, 0.05, 0.05, 1}, .roughness = 0.35, .iridescence = 1, .film_most_nm = 420},
+    {.base_color = {0.9, 0.7, 0.3, 1},
+     .metallic = 1,
+     .roughness = 0.4,
+     .iridescence = 1,
+     .iridescence_ior = 1.8,
+     .film_most_nm = 250},
+    {.base_color = {0.5, 0.2, 0.2, 1},
+     .metallic = 0.5,
+     .roughness = 0.5,
+     .iridescence = 0.6,
+     .iridescence_ior = 1.5,
+     .film_most_nm = 800,
+     .clearcoat = 0.7,
+     .clearcoat_roughness = 0.4},
+    {.base_color = {0.4, 0.4, 0.4, 1},
+     .roughness = 0.4,
+     .iridescence = 1,
+     .iridescence_ior = 2,
+     .film_most_nm = 300,
+     .has_specular = true,
+     .specular = 0.7,
+     .specular_color = {4, 1, 0.2}},
+    {.base_color = {0.9, 0.9, 0.9, 1},
+     .roughness = 0.5,
+     .transmission = 0.9,
+     .iridescence = 1,
+     .iridescence_ior = 1.33,
+     .film_most_nm = 350},
+    {.base_color = {0.2, 0.6, 0.3, 0.5},
+     .alpha_mode = GLB_BLEND,
+     .roughness = 0.6,
+     .iridescence = 0.8,
+     .iridescence_ior = 1.6,
+     .film_most_nm = 550,
+     .sheen_color = {0.5, 0.5, 0.5},
+     .sheen_roughness = 0.7},
+};
+
 /* One picture for all: its channels differ, and its colours do as a normal map, too. */
 static void add_textures(struct glb_builder *builder, struct glb_material_desc *material)
 {
@@ -73,9 +113,17 @@ static void add_textures(struct glb_builder *builder, struct glb_material_desc *
     material->clearcoat_texture = material->clearcoat_roughness_texture = ref;
     material->clearcoat_normal_texture = ref;
     material->sheen_color_texture = material->sheen_roughness_texture = ref;
+    material->iridescence_texture = material->iridescence_thickness_texture = ref;
 }
 
-static void open_row(struct rig_scene *rig, struct renderer *renderer, bool is_textured)
+/* A row of spheres. */
+struct row {
+    const char *name;
+    const struct glb_material_desc *materials; /* SPHERES of them */
+    bool is_textured;
+};
+
+static void open_row(struct rig_scene *rig, struct renderer *renderer, const struct row *row)
 {
     struct error err = {0};
     struct glb_builder *builder = glb_builder_create("Lobes", &err);
@@ -83,8 +131,8 @@ static void open_row(struct rig_scene *rig, struct renderer *renderer, bool is_t
     size_t size_bytes;
     void *glb;
     for (int i = 0; i < SPHERES; i++) {
-        struct glb_material_desc material = materials[i];
-        if (is_textured)
+        struct glb_material_desc material = row->materials[i];
+        if (row->is_textured)
             add_textures(builder, &material);
         struct glb_node_desc node = {.translation = {2.2 * i - 1.1 * (SPHERES - 1), 0, 0}};
         shape_add_sphere(&shape, (double[]){0, 0, 0}, 1, 64, 32);
@@ -95,7 +143,7 @@ static void open_row(struct rig_scene *rig, struct renderer *renderer, bool is_t
     if (!glb_builder_finish(builder, &glb, &size_bytes, &err))
         fail_msg("%s", err.message);
     glb_builder_destroy(builder);
-    rig_scene_open(rig, renderer, is_textured ? "textured" : "lobes", glb, size_bytes);
+    rig_scene_open(rig, renderer, row->name, glb, size_bytes);
     free(glb);
 }
 
@@ -117,10 +165,11 @@ static struct view look(bool is_sky)
 }
 
 /* The surfaces of the G-buffer have 8 and 16 bits, and silhouettes may fall on either side. */
-static void compare(struct renderer *renderer, bool is_textured, int samples, double share_most)
+static void compare(struct renderer *renderer, const struct row *row, int samples,
+                    double share_most)
 {
     struct rig_scene rig;
-    open_row(&rig, renderer, is_textured);
+    open_row(&rig, renderer, row);
     for (int is_sky = 0; is_sky < 2; is_sky++) {
         struct view view = look(is_sky);
         view.quality.samples = samples;
@@ -129,8 +178,7 @@ static void compare(struct renderer *renderer, bool is_textured, int samples, do
         view.quality.reference = true;
         struct image traced = shoot_color(renderer, &rig, &view);
         char name[64];
-        snprintf(name, sizeof name, "lobes_%s%s_%d", is_sky ? "sky" : "lamp",
-                 is_textured ? "_textured" : "", samples);
+        snprintf(name, sizeof name, "%s_%s_%d", row->name, is_sky ? "sky" : "lamp", samples);
         save_picture(&drawn, name);
         double share = image_share_differing(&drawn, &traced, 0.02, 0.05);
         print_message("%s: %.3f %% of pixels differ by more than 2 %%, mean error %.2g\n", name,
@@ -145,13 +193,23 @@ static void compare(struct renderer *renderer, bool is_textured, int samples, do
 
 static void pictures_equal_the_reference(void **state)
 {
-    compare(*state, false, 1, 0.002);
-    compare(*state, false, 4, 0.05); /* the silhouettes are 4.4 % of the pixels */
+    const struct row row = {"lobes", materials, false};
+    compare(*state, &row, 1, 0.002);
+    compare(*state, &row, 4, 0.05); /* the silhouettes are 4.4 % of the pixels */
 }
 
 static void pictures_with_textures_equal_the_reference(void **state)
 {
-    compare(*state, true, 1, 0.03);
+    const struct row row = {"lobes_textured", materials, true};
+    compare(*state, &row, 1, 0.03);
+}
+
+static void films_equal_the_reference(void **state)
+{
+    const struct row plain = {"films", films, false}, textured = {"films_textured", films, true};
+    compare(*state, &plain, 1, 0.002);
+    compare(*state, &plain, 4, 0.06); /* beside the silhouettes films change by the pixel */
+    compare(*state, &textured, 1, 0.03);
 }
 
 int main(void)
@@ -159,6 +217,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pictures_equal_the_reference),
         cmocka_unit_test(pictures_with_textures_equal_the_reference),
+        cmocka_unit_test(films_equal_the_reference),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

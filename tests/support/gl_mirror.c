@@ -242,6 +242,16 @@ static void GLAPIENTRY on_BindSampler(GLuint unit, GLuint sampler)
     mirror.next.BindSampler(unit, sampler);
 }
 
+/* Units let go of what is deleted (OpenGL 4.5 core profile, 8.2). */
+static void GLAPIENTRY on_DeleteSamplers(GLsizei count, const GLuint *names)
+{
+    for (GLsizei i = 0; i < count; i++)
+        for (int unit = 0; unit < GL_UNITS; unit++)
+            if (mirror.state.samplers[unit] == names[i])
+                mirror.state.samplers[unit] = 0;
+    mirror.next.DeleteSamplers(count, names);
+}
+
 static void GLAPIENTRY on_BindImageTexture(GLuint unit, GLuint texture, GLint level,
                                            GLboolean layered, GLint layer, GLenum access,
                                            GLenum format)
@@ -500,6 +510,7 @@ void gl_mirror_install(struct gl_functions *functions)
     HOOK(BindBuffer);
     HOOK(BindTextureUnit);
     HOOK(BindSampler);
+    HOOK(DeleteSamplers);
     HOOK(BindImageTexture);
     HOOK(BindVertexArray);
     HOOK(BindFramebuffer);

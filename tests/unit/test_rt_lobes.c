@@ -8,6 +8,7 @@
 
 #include <cmocka.h>
 
+#include "renderer/raytrace/rt_film.h"
 #include "renderer/raytrace/rt_reflect.h"
 
 static const double pi = 3.14159265358979323846;
@@ -76,7 +77,9 @@ static struct rt_surface surface_of(const struct scene_material *material)
         .coat_normal = {0, 0, 1},
         .sheen_color = {(double)material->sheen_color[0], (double)material->sheen_color[1],
                         (double)material->sheen_color[2]},
-        .sheen_roughness = (double)material->sheen_roughness};
+        .sheen_roughness = (double)material->sheen_roughness,
+        .film = (double)material->iridescence,
+        .film_nm = (double)material->film_nm[1]};
 }
 
 /* What a uniform light from everywhere sends to the viewer by way of the surface. */
@@ -179,6 +182,77 @@ static void black_cloth_shows_its_fibres(void **state)
         assert_true(fabs(out[k] - expected * (double)m.sheen_color[k]) < 2e-3);
 }
 
+/* Of one wave length, without an eye: the Airy sum over both sides of the film, as amplitudes, each
+ * side with the reflectance that our model gives it. */
+static double airy(double f0, double ior, double nm, double wave_nm)
+{
+    double root = sqrt(f0), base = (1 + root) / (1 - root);
+    double first = (1 - ior) / (1 + ior), second = (ior - base) / (ior + base);
+    double phase = 4 * pi * ior * nm / wave_nm, both = first * second;
+    double numerator = first * first + second * second + 2 * both * cos(phase);
+    return numerator / (1 + both * both + 2 * both * cos(phase));
+}
+
+/* Head on, where the fringe is widest: no film at all, and one of a quarter wave of green. */
+static void films_interfere(void **state)
+{
+    (void)state;
+    static const double f0s[] = {0.02, 0.04, 0.2}, iors[] = {1.2, 1.38, 2};
+    for (size_t i = 0; i < 3; i++)
+        for (size_t k = 0; k < 3; k++) {
+            double f0[3] = {f0s[i], f0s[i], f0s[i]}, none[3], quarter[3];
+            double quarter_nm = 550 / 4.0 / iors[k];
+            rt_film_fresnel(f0, iors[k], 0, 1, none);
+            rt_film_fresnel(f0, iors[k], quarter_nm, 1, quarter);
+            for (int c = 0; c < 3; c++)
+                assert_true(fabs(none[c] - f0s[i]) < 0.02 * f0s[i]);
+            double expected = airy(f0s[i], iors[k], quarter_nm, 550);
+            if (fabs(quarter[1] - expected) > 0.1 * fmax(expected, f0s[i]))
+                fail_msg("f0 %g, film of %g: %g instead of %g", f0s[i], iors[k], quarter[1],
+                         expected);
+        }
+}
+
+/* Thick films mix all colours: the incoherent sum of both sides. */
+static void thick_films_have_no_colour(void **state)
+{
+    (void)state;
+    double f0[3] = {0.04, 0.2, 0.9}, out[3];
+    rt_film_fresnel(f0, 1.6, 1e5, 1, out);
+    for (int k = 0; k < 3; k++) {
+        double root = sqrt(f0[k]), base = (1 + root) / (1 - root);
+        double first = pow(0.6 / 2.6, 2), second = pow((base - 1.6) / (base + 1.6), 2);
+        double expected = first + (1 - first) * (1 - first) * second / (1 - first * second);
+        assert_true(fabs(out[k] - expected) < 1e-6);
+    }
+}
+
+static void films_add_no_light(void **state)
+{
+    (void)state;
+    static const double cosines[] = {0.08, 0.3, 0.6, 1};
+    static const float thicknesses[] = {0, 150, 300, 450, 900};
+    for (int metal = 0; metal < 2; metal++)
+        for (size_t t = 0; t < 5; t++)
+            for (size_t c = 0; c < 4; c++) {
+                struct scene_material m = {
+                    .base_color = {1, 1, 1, 1}, .roughness = 0.5f, .metallic = (float)metal};
+                double out[3], bare[3], f0[3] = {0.04, 0.5, 1}, film[3];
+                furnace(&m, cosines[c], bare);
+                m.iridescence = 1;
+                m.film_ior = 1.7f;
+                m.film_nm[1] = thicknesses[t];
+                furnace(&m, cosines[c], out);
+                rt_film_fresnel(f0, 1.7, (double)thicknesses[t], cosines[c], film);
+                for (int k = 0; k < 3; k++) {
+                    assert_true(film[k] >= 0 && film[k] <= 1);
+                    if (!(out[k] < fmax(1, bare[k]) + 0.02 && out[k] > (metal ? 0.4 : 0.75)))
+                        fail_msg("metal %d, %g nm, cosine %g: channel %d sends %g of %g", metal,
+                                 (double)thicknesses[t], cosines[c], k, out[k], bare[k]);
+                }
+            }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -186,6 +260,9 @@ int main(void)
         cmocka_unit_test(no_lobes_add_light),
         cmocka_unit_test(lobes_add_up_head_on),
         cmocka_unit_test(black_cloth_shows_its_fibres),
+        cmocka_unit_test(films_interfere),
+        cmocka_unit_test(thick_films_have_no_colour),
+        cmocka_unit_test(films_add_no_light),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
