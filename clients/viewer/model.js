@@ -9,7 +9,8 @@ import { lightMembers, newLight } from "./lights.js";
 import { copy, isEqual, isObject, isSame, partSceneIds } from "./members.js";
 import { IDENTITY, add, inverse, middleOf, multiply } from "./transforms.js";
 
-/** The members of a view that this page edits, at the values a new one has. */
+/** The members of a view that this page edits, at the values a new one has; the exposure of a scene
+ * without lights is automatic. */
 export const DEFAULTS = Object.freeze({
   scene_lights: true,
   lights: [],
@@ -33,6 +34,7 @@ export const DEFAULTS = Object.freeze({
 export class Model extends EventTarget {
   camera = new OrbitCamera();
   scene = null; // summary and, in `outline`, what can be edited
+  #defaults = DEFAULTS; // of the scene
   view = copy(DEFAULTS); // never changed, but replaced: members that are equal are the same
   selection = null; // {node, material, position, normal, depth}: indices, or null each
   #base = null; // of the scene alone: {summary, outline}
@@ -59,7 +61,8 @@ export class Model extends EventTarget {
   open(summary, outline, state, partScenes = new Map()) {
     this.#base = summary ? { summary, outline } : null;
     this.#partScenes = new Map(partScenes);
-    this.view = copy(DEFAULTS);
+    this.#defaults = { ...DEFAULTS, exposure_ev: outline?.lights.length === 0 ? "auto" : 0 };
+    this.view = copy(this.#defaults);
     this.shown = typeof state?.show === "string" ? state.show : "color";
     this.selection = null;
     this.#history.clear();
@@ -421,7 +424,7 @@ export class Model extends EventTarget {
   toState() {
     const view = {};
     for (const [name, value] of Object.entries(this.view))
-      if (!isEqual(value, DEFAULTS[name])) view[name] = value;
+      if (!isEqual(value, this.#defaults[name])) view[name] = value;
     return { camera: this.camera.toState(), ...(Object.keys(view).length ? { view } : {}),
       ...(this.shown === "color" ? {} : { show: this.shown }) };
   }

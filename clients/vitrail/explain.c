@@ -10,6 +10,7 @@
 #include "clients/vitrail/commands.h"
 #include "clients/vitrail/output_file.h"
 #include "clients/vitrail/request_json.h"
+#include "clients/vitrail/scene_defaults.h"
 #include "clients/vitrail/scene_source.h"
 
 struct explain_options {
@@ -95,6 +96,9 @@ static bool explain_run(void *context, const struct text_list *operands, struct 
             session_begin(&explaining.session, &explaining.options->common, failure) &&
             scene_source_bring(&explaining.session, explaining.source, &explaining.options->file,
                                explaining.request, &explaining.scene, failure) &&
+            (explaining.options->request.base_path ||
+             scene_defaults_ask(&explaining.session, explaining.scene.id, explaining.request,
+                                failure)) &&
             ask_for_plan(&explaining, failure);
     progress_hide(&explaining.session.progress);
     is_ok = is_ok && output_file_commit(&explaining.output, failure);

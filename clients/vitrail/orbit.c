@@ -129,7 +129,7 @@ static bool go_round(struct session *session, const struct orbit_options *option
                      const char *scene, json_t *members, struct orbit *orbit,
                      struct failure *failure)
 {
-    json_t *view = view_client_make(session, scene, &options->file, members, failure);
+    json_t *view = view_client_make(session, scene, &options->file, false, members, failure);
     const char *id = json_string_value(json_object_get(view, "id"));
     struct failure ignored = {0};
     bool is_ok = id && measure(session, view, orbit, failure);

@@ -10,6 +10,7 @@
 #include "clients/vitrail/json_text.h"
 #include "clients/vitrail/render_watch.h"
 #include "clients/vitrail/request_json.h"
+#include "clients/vitrail/scene_defaults.h"
 #include "clients/vitrail/scene_source.h"
 #include "clients/vitrail/warnings.h"
 
@@ -32,7 +33,7 @@ struct render {
     struct scene_push scene;
     struct http_reply reply; /* of the image; its body is in `image` */
     json_t *frame;           /* the frame's report; NULL when the server keeps none */
-    json_t *scene_warnings;  /* NULL: unknown */
+    json_t *description;     /* of the scene; NULL: unknown */
     double started_s;
 };
 
@@ -97,12 +98,22 @@ static bool prepare(struct render *render, struct failure *failure)
            (!options->stats || output_file_open(&render->stats, options->stats, failure));
 }
 
+static bool describe_scene(struct render *render, struct failure *failure)
+{
+    json_decref(render->description);
+    render->description = scene_describe(&render->session, render->scene.id, failure);
+    return !failure->exit_code &&
+           (render->options->request.base_path ||
+            scene_defaults_put(render->description, render->request, failure));
+}
+
 static bool bring_scene(struct render *render, bool force, struct failure *failure)
 {
     struct scene_wish wish = render->options->file;
     wish.force = force;
     return scene_source_bring(&render->session, render->source, &wish, render->request,
-                              &render->scene, failure);
+                              &render->scene, failure) &&
+           describe_scene(render, failure);
 }
 
 static bool ask_for_image(struct render *render, struct failure *failure)
@@ -189,13 +200,16 @@ static bool commit(struct render *render, struct failure *failure)
            (!render->options->stats || output_file_commit(&render->stats, failure));
 }
 
+static json_t *scene_warnings(const struct render *render) /* borrowed; NULL: unknown */
+{
+    return json_object_get(render->description, "warnings");
+}
+
 static bool check_warnings(struct render *render, struct failure *failure)
 {
-    render->scene_warnings = warnings_of_scene(&render->session, render->scene.id, failure);
-    return !failure->exit_code &&
-           (!render->options->strict ||
-            warnings_refuse(render->scene_warnings, json_object_get(render->frame, "warnings"),
-                            failure));
+    return !render->options->strict ||
+           warnings_refuse(scene_warnings(render), json_object_get(render->frame, "warnings"),
+                           failure);
 }
 
 /* What the server chose by --max-error or --budget-ms. */
@@ -231,8 +245,8 @@ static void print_result_json(const struct render *render, double elapsed_s)
         if (value)
             json_object_set(result, AS[i], value);
     }
-    if (result && render->scene_warnings)
-        json_object_set(result, "scene_warnings", render->scene_warnings);
+    if (result && scene_warnings(render))
+        json_object_set(result, "scene_warnings", scene_warnings(render));
     json_print(result, true);
     json_decref(result);
 }
@@ -246,7 +260,7 @@ static void print_result(struct render *render)
     progress_show(&render->session.progress, PROGRESS_STAGE_DONE, 0, 0);
     progress_hide(&render->session.progress);
     if (!options->common.quiet && !options->common.json) {
-        warnings_print(render->scene_warnings, "the scene");
+        warnings_print(scene_warnings(render), "the scene");
         warnings_print(json_object_get(render->frame, "warnings"), NULL);
     }
     if (!strcmp(options->output, "-") || (options->stats && !strcmp(options->stats, "-")))
@@ -278,7 +292,7 @@ static bool render_run(void *context, const struct text_list *operands, struct f
     output_file_finish(&render.stats);
     http_reply_finish(&render.reply);
     json_decref(render.frame);
-    json_decref(render.scene_warnings);
+    json_decref(render.description);
     json_decref(render.request);
     return is_ok;
 }

@@ -70,7 +70,7 @@ struct request_options {
                        animation),                                                                 \
         REQUEST_OPTION(owner, TEXT, "variant", "NAME", "of materials, of those that the file has", \
                        variant),                                                                   \
-        REQUEST_OPTION(owner, TEXT, "exposure", "EV", "in stops, or auto; default 0", exposure),   \
+        REQUEST_OPTION(owner, TEXT, "exposure", "EV", "in stops, or auto", exposure),              \
         REQUEST_OPTION(owner, TEXT, "tone-mapping", "NAME", "neutral, none, agx or aces",          \
                        tone_mapping),                                                              \
         REQUEST_OPTION(owner, TEXT, "shadows", "NAME", SHADOW_TECHNIQUE_NAMES, shadows),           \
@@ -105,8 +105,9 @@ struct request_options {
         REQUEST_OPTION(owner, LIST, "set", "POINTER=JSON",                                         \
                        "any member, such as /quality/shadow_taps=9", settings)
 /* All of a view. */
-#define REQUEST_VIEW_OPTIONS(owner)                                                               \
-    REQUEST_OPTION(owner, TEXT, "camera", "SPEC", "see below; default: the scene's own", camera), \
+#define REQUEST_VIEW_OPTIONS(owner)                                                       \
+    REQUEST_OPTION(owner, TEXT, "camera", "SPEC",                                         \
+                   "see below; default: the scene's own, or\nfit:three-quarter", camera), \
         REQUEST_LOOK_OPTIONS(owner)
 /* All of a frame. */
 #define REQUEST_OPTIONS(owner)                                                 \

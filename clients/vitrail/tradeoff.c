@@ -10,6 +10,7 @@
 #include "clients/vitrail/commands.h"
 #include "clients/vitrail/json_text.h"
 #include "clients/vitrail/request_json.h"
+#include "clients/vitrail/scene_defaults.h"
 #include "clients/vitrail/scene_source.h"
 #include "protocol/quality_defaults.h"
 
@@ -114,7 +115,10 @@ static bool bring_scene(struct measuring *measuring, bool force, struct failure 
     struct scene_wish wish = measuring->options->file;
     wish.force = force;
     return scene_source_bring(&measuring->session, measuring->source, &wish, measuring->request,
-                              &measuring->scene, failure);
+                              &measuring->scene, failure) &&
+           (measuring->options->request.base_path ||
+            scene_defaults_ask(&measuring->session, measuring->scene.id, measuring->request,
+                               failure));
 }
 
 static bool begin(struct measuring *measuring, struct failure *failure)
@@ -368,7 +372,7 @@ static const struct option OPTIONS[] = {
     {OPTION_NUMBER, "time", 0, "S", "animate, as of vitrail render", AT(request.time_s)},
     {OPTION_TEXT, "animation", 0, "NAME", "animate, as of vitrail render", AT(request.animation)},
     {OPTION_TEXT, "variant", 0, "NAME", "of materials, as of vitrail render", AT(request.variant)},
-    {OPTION_TEXT, "exposure", 0, "EV", "in stops, or auto; default 0", AT(request.exposure)},
+    {OPTION_TEXT, "exposure", 0, "EV", "in stops, or auto", AT(request.exposure)},
     {OPTION_TEXT, "shadows", 0, "NAME", "measure this technique alone", AT(request.shadows)},
     {OPTION_NUMBER, "shadow-resolution", 0, "N", "measure this resolution alone",
      AT(request.shadow_resolution)},

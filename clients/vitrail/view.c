@@ -40,8 +40,9 @@ static bool print_from(const struct view_call *call, const char *path, const cha
 
 static bool create(const struct view_call *call, struct failure *failure)
 {
-    json_t *view = view_client_make(call->session, call->subject, &call->options->file,
-                                    json_incref(call->members), failure);
+    json_t *view =
+        view_client_make(call->session, call->subject, &call->options->file,
+                         !call->options->request.base_path, json_incref(call->members), failure);
 
     progress_hide(&call->session->progress);
     if (view && call->options->common.json)

@@ -2,6 +2,8 @@
 /* Requests to /v1/views. */
 #include "clients/vitrail/view_client.h"
 
+#include "clients/vitrail/scene_defaults.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -50,12 +52,13 @@ static bool send_json(struct session *session, const char *method, const char *p
 }
 
 json_t *view_client_make(struct session *session, const char *scene, const struct scene_wish *wish,
-                         json_t *members, struct failure *failure)
+                         bool has_defaults, json_t *members, struct failure *failure)
 {
     struct scene_push push = {0};
     struct http_reply reply = {0};
     json_t *summary = NULL;
     if (members && scene_source_bring(session, scene, wish, members, &push, failure) &&
+        (!has_defaults || scene_defaults_ask(session, push.id, members, failure)) &&
         send_json(session, "POST", "/v1/views", members, "the view", &reply, failure))
         summary = reply_json(&reply, "the view", failure);
     http_reply_finish(&reply);

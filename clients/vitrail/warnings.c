@@ -5,17 +5,13 @@
 #include <stdio.h>
 
 #include "clients/vitrail/json_text.h"
+#include "clients/vitrail/scene_defaults.h"
 
 json_t *warnings_of_scene(struct session *session, const char *scene, struct failure *failure)
 {
-    struct failure ignored = {0};
-    char path[128];
-    snprintf(path, sizeof path, "/v1/scenes/%s", scene);
-    json_t *summary = session_get_json(session, path, "the scene", &ignored);
-    if (ignored.exit_code >= EXIT_CODE_SIGNAL_BASE)
-        *failure = ignored;
-    json_t *warnings = json_incref(json_object_get(summary, "warnings"));
-    json_decref(summary);
+    json_t *description = scene_describe(session, scene, failure);
+    json_t *warnings = json_incref(json_object_get(description, "warnings"));
+    json_decref(description);
     return warnings;
 }
 

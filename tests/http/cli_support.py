@@ -117,7 +117,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
                 stub.scenes.discard(scene)
                 self.answer(204)
             else:
-                self.answer(200, {"id": scene, "warnings": stub.scene_warnings})
+                self.answer(200, {"id": scene, "warnings": stub.scene_warnings, **stub.described})
         elif path == "/v1/renders":
             if request.json()["scene"] not in stub.scenes:
                 self.problem(404, "not_found", "no such scene", "/scene")
@@ -145,6 +145,7 @@ class Stub:
     def __init__(self):
         self.requests, self.scenes, self.special = [], set(), {}
         self.scene_warnings, self.names = [], {}
+        self.described = {"camera_count": 1, "light_count": 1}
         self.statuses = []  # answers to GET /v1/renders/{id}, each once
         self.image, self.lock = PNG, threading.Lock()
         self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)

@@ -18,6 +18,24 @@ class RequestTest(CliTest):
         self.assertEqual(set(request), {"scene", "format"})
         self.assertEqual(request["format"], "png")
 
+    def test_what_neither_scene_nor_call_has_is_left_to_camera_and_exposure_of_our_choice(self):
+        base = self.write("base.json", json.dumps({"width": 100}))
+        fitted, auto = {"camera": {"fit": "three-quarter"}}, {"exposure_ev": "auto"}
+        for cameras, lights, options, expected in (
+                (0, 1, (), fitted), (1, 0, (), auto), (0, 0, (), fitted | auto),
+                (0, 0, ("--camera", "node:A"), {"camera": {"node": "A"}} | auto),
+                (0, 0, ("--exposure", "0"), fitted | {"exposure_ev": 0}),
+                (1, 1, ("--no-scene-lights",), auto), (0, 0, ("--request", base), {}),
+                (1, 0, ("--environment", "1:1"), {}),
+                (1, 0, ("--light", "directional:dir=0,-1,0"), {})):
+            with self.subTest(cameras=cameras, lights=lights, options=options):
+                self.stub.described = {"camera_count": cameras, "light_count": lights}
+                request = self.render_request(*options)
+                self.assertEqual(expected, {name: request[name] for name in request
+                                            if name in ("camera", "exposure_ev")})
+        self.stub.described = {}  # a server that does not tell
+        self.assertFalse({"camera", "exposure_ev"} & set(self.render_request()))
+
     def test_every_option_lands_in_its_member(self):
         request = self.render_request(
             "--size", "640x480", "--shadows", "deep-linked", "--shadow-resolution=2048",

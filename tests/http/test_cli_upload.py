@@ -141,7 +141,7 @@ class UploadTest(CliTest):
         self.stub.scenes.add("c0" * 32)
         self.run_cli("render", "c0" * 32, "-o", "out.png")
         self.assertEqual([r.path for r in self.stub.requests],
-                         ["/v1/renders", "/v1/frames/f1", "/v1/scenes/" + "c0" * 32])
+                         ["/v1/scenes/" + "c0" * 32, "/v1/renders", "/v1/frames/f1"])
 
     def test_warnings_of_a_scene_are_told(self):
         self.stub.scene_warnings = ["1 skinned node is not deformed"]
