@@ -10,6 +10,7 @@
 #include "protocol/json_write.h"
 #include "protocol/limits.h"
 #include "protocol/render_request.h"
+#include "protocol/scene_format.h"
 #include "protocol/shadow_technique.h"
 #include "protocol/transparency.h"
 
@@ -444,6 +445,37 @@ static json_t *write_texts(const char *const *texts)
     return json_take_unless(array, has_failed);
 }
 
+/* Words with a blank between two; NULL: none. */
+static json_t *write_words(const char *words)
+{
+    json_t *array = json_array();
+    bool has_failed = !array;
+    for (const char *at = words ? words : ""; *at;) {
+        size_t length = strcspn(at, " ");
+        json_append(array, json_stringn(at, length), &has_failed);
+        at += length + strspn(at + length, " ");
+    }
+    return json_take_unless(array, has_failed);
+}
+
+static json_t *write_scene_formats(void)
+{
+    json_t *array = json_array();
+    bool has_failed = !array;
+    for (int i = 0; i < SCENE_FORMAT_COUNT; i++) {
+        const struct scene_format_info *format = scene_format_describe((enum scene_format)i);
+        if (!format->is_built)
+            continue;
+        struct json_writer writer = json_writer_begin();
+        json_put_text(&writer, "name", format->name);
+        json_put_text(&writer, "title", format->title);
+        json_put(&writer, "suffixes", write_words(format->suffixes));
+        json_put(&writer, "media_types", write_words(format->media_types));
+        json_append(array, json_writer_take(&writer), &has_failed);
+    }
+    return json_take_unless(array, has_failed);
+}
+
 static const char *const overlays[] = {"highlight", "edges", NULL}; /* members of a request */
 static const char *const indexed[] = {"lights", NULL}; /* lists that patches change one by one */
 
@@ -462,6 +494,7 @@ json_t *capabilities_to_json(const struct capabilities *capabilities)
     json_put(&writer, "overlays", write_texts(overlays));
     json_put(&writer, "indexed_patches", write_texts(indexed));
     json_put(&writer, "formats", write_names(request_format_name, ALL_NAMES << REQUEST_FORMAT_PNG));
+    json_put(&writer, "scene_formats", write_scene_formats());
     json_put(&writer, "extensions", write_texts(capabilities->extensions));
     return json_writer_take(&writer);
 }

@@ -220,6 +220,21 @@ static json_t *write_bounds(const struct scene_summary *summary)
     return json_writer_take(&writer);
 }
 
+static json_t *write_source(const struct scene_origin *source)
+{
+    struct json_writer writer = json_writer_begin();
+    const struct scene_format_info *format = scene_format_describe(source->format);
+    const char up[2] = {source->up, '\0'};
+    json_put_text(&writer, "format", format->name);
+    json_put_text_or_null(&writer, "converter", format->converter);
+    json_put_text(&writer, "unit", scene_unit_name(source->unit_m));
+    json_put_number(&writer, "unit_m", source->unit_m);
+    json_put_text(&writer, "unit_by", scene_word_name(source->unit_by));
+    json_put_text(&writer, "up", up);
+    json_put_text(&writer, "up_by", scene_word_name(source->up_by));
+    return json_writer_take(&writer);
+}
+
 static json_t *write_extensions(const struct scene_summary *summary)
 {
     struct json_writer writer = json_writer_begin();
@@ -249,6 +264,8 @@ json_t *scene_summary_to_json(const struct scene_summary *summary)
         json_put_integer(&writer, "file_scene", summary->file_scene);
     json_put(&writer, "bounds", write_bounds(summary));
     json_put(&writer, "bytes", summary_write_bytes(summary->upload_bytes, summary->decoded_bytes));
+    if (summary->source.unit_m > 0)
+        json_put(&writer, "source", write_source(&summary->source));
     json_put(&writer, "extensions", write_extensions(summary));
     json_put(&writer, "warnings", summary_write_names(&summary->warnings));
     json_put(&writer, "created", summary_write_time(summary->created_unix_s));
@@ -344,6 +361,38 @@ static bool read_parts(const struct json_node *root, struct scene_summary *summa
            summary_read_names(&ignored, &summary->extensions_ignored);
 }
 
+static bool read_word(const struct json_node *node, enum scene_word *word)
+{
+    const char *text = "";
+    if (!summary_read_string(node, &text))
+        return false;
+    for (int i = 0; i < SCENE_WORD_COUNT; i++)
+        if (strcmp(text, scene_word_name((enum scene_word)i)) == 0) {
+            *word = (enum scene_word)i;
+            return true;
+        }
+    return json_refuse(node, ERROR_INVALID_REQUEST, "must be default, file or request");
+}
+
+static bool read_source(const struct json_node *node, struct scene_origin *source)
+{
+    if (!node->value)
+        return true;
+    struct json_node format = json_member(node, "format"), up = json_member(node, "up");
+    struct json_node unit_m = json_member(node, "unit_m");
+    struct json_node unit_by = json_member(node, "unit_by"), up_by = json_member(node, "up_by");
+    const char *format_name = "", *axis = "";
+    if (!json_expect_object(node, NULL) || !summary_read_string(&format, &format_name) ||
+        !summary_read_string(&up, &axis) ||
+        !json_read_number(&unit_m, DBL_MIN, DBL_MAX, &source->unit_m) ||
+        !read_word(&unit_by, &source->unit_by) || !read_word(&up_by, &source->up_by))
+        return false;
+    if (!scene_format_from_name(format_name, &source->format))
+        return json_refuse(&format, ERROR_INVALID_REQUEST, "must be a format of scenes");
+    source->up = axis[0];
+    return strlen(axis) == 1 || json_refuse(&up, ERROR_INVALID_REQUEST, "must be an axis");
+}
+
 static bool read_summary(const struct json_node *root, struct scene_summary *summary)
 {
     if (!json_expect_object(root, NULL))
@@ -358,7 +407,7 @@ static bool read_summary(const struct json_node *root, struct scene_summary *sum
     struct json_node animations = json_member(root, "animations");
     struct json_node warnings = json_member(root, "warnings");
     struct json_node created = json_member(root, "created");
-    struct json_node outline = json_member(root, "outline");
+    struct json_node outline = json_member(root, "outline"), source = json_member(root, "source");
     const char *name_text = NULL;
     if (name.value && !summary_read_string(&name, &name_text))
         return false;
@@ -374,6 +423,7 @@ static bool read_summary(const struct json_node *root, struct scene_summary *sum
            read_list(&animations, read_animation, summary) && read_parts(root, summary) &&
            summary_read_names(&warnings, &summary->warnings) &&
            summary_read_created(&created, &summary->created_unix_s) &&
+           read_source(&source, &summary->source) &&
            scene_outline_read(&outline, &summary->outline);
 }
 

@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "protocol/error.h"
+#include "protocol/scene_format.h"
 #include "protocol/scene_outline.h"
 
 enum { SCENE_SUMMARY_NAMES_MAX = 4096 /* of each list; the count beside it is the true one */ };
@@ -56,6 +57,7 @@ struct scene_summary {
     bool has_bounds;                     /* false: no geometry, bounds is null */
     double bounds_min[3], bounds_max[3]; /* world [m] */
     uint64_t upload_bytes, decoded_bytes;
+    struct scene_origin source; /* written where its unit_m is above 0: older summaries have none */
     struct name_list extensions_used, extensions_ignored, warnings;
     int64_t created_unix_s;       /* written as RFC 3339, UTC */
     struct scene_outline outline; /* told by a route of its own */

@@ -26,16 +26,18 @@ async function filesOfDrop(items) {
   return files;
 }
 
+const SCENE = /\.(gltf|glb|obj|ply|stl)$/i;
+const ALONE = /\.(glb|ply|stl)$/i; // needs no other file
+
 /**
- * The scenes among files, each as a list of {name, blob} that begins with its .glb or .gltf: a .glb
- * alone, a .gltf with all that lies in its folder, by their paths from there.
+ * The scenes among files, each as a list of {name, blob} that begins with the scene: a .glb alone, a
+ * .gltf with all that lies in its folder, by their paths from there.
  */
 function scenesAmong(files) {
-  const isGlb = ({ name }) => /\.glb$/i.test(name);
-  return files.filter(({ name }) => /\.(gltf|glb)$/i.test(name)).map((root) => {
+  return files.filter(({ name }) => SCENE.test(name)).map((root) => {
     const folder = root.name.slice(0, root.name.lastIndexOf("/") + 1);
-    const others = isGlb(root) ? [] : files.filter((file) =>
-      file !== root && file.name.startsWith(folder) && !/\.(gltf|glb)$/i.test(file.name));
+    const others = ALONE.test(root.name) ? [] : files.filter((file) =>
+      file !== root && file.name.startsWith(folder) && !SCENE.test(file.name));
     return [root, ...others].map(({ name, blob }) => ({ name: name.slice(folder.length), blob }));
   });
 }
@@ -49,7 +51,7 @@ export class ScenesPanel {
   constructor(panel, client, model, actions) {
     Object.assign(this, { panel, client, model, actions });
     this.input = el("input", { type: "file", multiple: true, class: "hidden-text", id: "scene-files",
-      tabIndex: -1, accept: ".glb,.gltf,.bin,.png,.jpg,.jpeg,.webp,.ktx2,model/gltf-binary",
+      tabIndex: -1, accept: ".glb,.gltf,.obj,.mtl,.ply,.stl,.bin,.png,.jpg,.jpeg,.webp,.ktx2,model/gltf-binary",
       "aria-label": "Files of a scene",
       onchange: () => this.bring([...this.input.files].map((file) =>
         ({ name: file.webkitRelativePath || file.name, blob: file }))) });
@@ -113,7 +115,7 @@ export class ScenesPanel {
     if (this.#isBusy()) return;
     const scenes = scenesAmong(files);
     if (!scenes.length)
-      showProblem(new Error("None of these files is a .glb or a .gltf."), "Nothing to upload");
+      showProblem(new Error("None of these files is a scene: .glb, .gltf, .obj, .ply or .stl."), "Nothing to upload");
     let last = null;
     for (const [at, named] of scenes.entries()) {
       const which = scenes.length > 1 ? `${at + 1} of ${scenes.length}` : "";

@@ -180,14 +180,17 @@ export class Vitrail {
   }
 
   /**
-   * Brings a scene: one GLB, or files of which one is the .gltf or .glb. Answers its summary;
+   * Brings a scene: one GLB, or files of which one is the scene. Answers its summary;
    * posting the same content again is harmless.
    * @param {Blob|{name: string, blob: Blob}[]} content files are named as the .gltf refers to them
-   * @param {{scene?: string, onProgress?: (share: number) => void, signal?: AbortSignal}} [options]
-   *   scene: which of the file, by its name or "#1", its index
+   * @param {{scene?: string, unit?: string, up?: string, onProgress?: (share: number) => void,
+   *   signal?: AbortSignal}} [options]
+   *   scene: which of the file, by its name or "#1", its index; unit, up: how a file that is not
+   *   glTF is read: mm, cm, m, in or ft; y or z
    */
-  async postScene(content, { scene, onProgress, signal } = {}) {
-    const path = `/v1/scenes${queryOf({ scene: scene || null })}`;
+  async postScene(content, { scene, unit, up, onProgress, signal } = {}) {
+    const query = queryOf({ scene: scene || null, unit: unit || null, up: up || null });
+    const path = `/v1/scenes${query}`;
     let body = content;
     const headers = {};
     if (content instanceof Blob) headers["Content-Type"] = "model/gltf-binary";

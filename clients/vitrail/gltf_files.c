@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Collects the files of a .gltf, and refuses those that are none of its business. */
+/* Collects the files of a scene, and refuses those that are none of its business. */
 #include "clients/vitrail/gltf_files.h"
 
 #include <ctype.h>
@@ -12,6 +12,7 @@
 #include <sys/stat.h>
 
 #include "protocol/limits.h"
+#include "protocol/scene_format.h"
 
 struct search {
     struct gltf_files *files;
@@ -201,6 +202,118 @@ static bool add_table(struct search *search, const json_t *root, const char *tab
     return true;
 }
 
+/* ---- Wavefront OBJ: its libraries of materials, and their textures ---- */
+
+/* A file that old programs name as they like: one that is not below the folder is left to the
+ * server to miss. *is_new: it is sent, and was not before. */
+static bool add_loose(struct search *search, const char *text, size_t length, bool *is_new)
+{
+    char *name = strndup(text, length), *path = NULL, *resolved;
+    size_t folder_length = strlen(search->folder);
+    struct stat status;
+
+    *is_new = false;
+    if (!name)
+        return fail_no_memory(search->failure);
+    for (char *at = name; (at = strchr(at, '\\'));)
+        *at = '/';
+    if (!name_normalise(name) || strlen(name) > LIMIT_FILE_NAME_BYTES ||
+        is_known(search->files, name) || search->files->count >= LIMIT_UPLOAD_FILES) {
+        free(name);
+        return true;
+    }
+    if (asprintf(&path, "%s/%s", search->folder, name) < 0) {
+        free(name);
+        return fail_no_memory(search->failure);
+    }
+    resolved = realpath(path, NULL);
+    free(path);
+    if (resolved && !strncmp(resolved, search->folder, folder_length) &&
+        (resolved[folder_length] == '/' || folder_length == 1) && stat(resolved, &status) == 0 &&
+        S_ISREG(status.st_mode)) {
+        *is_new = true;
+        return add(search, name, resolved);
+    }
+    free(name);
+    free(resolved);
+    return true;
+}
+
+/* What follows the options of a map, as "-s 1 1 1" or "-clamp on". */
+static const char *skip_map_options(const char *at)
+{
+    while (*at == '-' && isalpha((unsigned char)at[1])) {
+        at += strcspn(at, " \t");
+        at += strspn(at, " \t");
+        for (;;) { /* its values: numbers, on, off, and letters of channels */
+            size_t length = strcspn(at, " \t");
+            bool is_value = length > 0 && (strspn(at, "0123456789+-.eE") >= length || length == 1 ||
+                                           !strncmp(at, "on ", 3) || !strncmp(at, "off ", 4));
+            if (!is_value || !at[length])
+                break;
+            at += length;
+            at += strspn(at, " \t");
+        }
+    }
+    return at;
+}
+
+static bool is_map(const char *word, size_t length)
+{
+    static const char *const words[] = {"bump", "norm", "disp", "decal", "refl"};
+
+    if (length > 4 && !strncasecmp(word, "map_", 4))
+        return true;
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        if (strlen(words[i]) == length && !strncasecmp(words[i], word, length))
+            return true;
+    return false;
+}
+
+static bool add_text_files(struct search *search, const char *path, bool is_library);
+
+/* One line of an .obj, or of an .mtl; without its end. */
+static bool add_line(struct search *search, char *line, bool is_library)
+{
+    char *word = line + strspn(line, " \t");
+    size_t length = strcspn(word, " \t");
+    const char *rest = word + length + strspn(word + length, " \t");
+    size_t rest_length = strlen(rest);
+    bool is_new = false;
+
+    while (rest_length > 0 && strchr(" \t\r\n", rest[rest_length - 1]))
+        rest_length--;
+    if (rest_length == 0)
+        return true;
+    if (is_library && is_map(word, length)) {
+        const char *name = skip_map_options(rest);
+        return add_loose(search, name, rest_length - (size_t)(name - rest), &is_new);
+    }
+    if (is_library || length != 6 || strncasecmp(word, "mtllib", 6) != 0)
+        return true;
+    if (!add_loose(search, rest, rest_length, &is_new))
+        return false;
+    return !is_new ||
+           add_text_files(search, search->files->files[search->files->count - 1].path, true);
+}
+
+static bool add_text_files(struct search *search, const char *path, bool is_library)
+{
+    FILE *stream = fopen(path, "rbe");
+    char *line = NULL;
+    size_t room = 0;
+    bool is_ok = true;
+
+    if (!stream)
+        return fail(search->failure, EXIT_CODE_NO_INPUT, "cannot read '%s': %s", path,
+                    strerror(errno));
+    while (is_ok && getline(&line, &room, stream) >= 0)
+        is_ok = add_line(search, line, is_library);
+    free(line);
+    fclose(stream);
+    return is_ok;
+}
+
 /* Splits the resolved path of the .gltf into its folder and the first file. */
 static bool add_gltf(struct search *search, char *resolved)
 {
@@ -214,26 +327,33 @@ static bool add_gltf(struct search *search, char *resolved)
     return add(search, strdup(slash + 1), resolved);
 }
 
+static bool add_tables(struct search *search)
+{
+    json_error_t problem;
+    json_t *root = json_load_file(search->gltf, JSON_ALLOW_NUL, &problem);
+    bool is_ok = root ? add_table(search, root, "buffers") && add_table(search, root, "images")
+                      : fail(search->failure, EXIT_CODE_REFUSED, "%s: not glTF: line %d: %s",
+                             search->gltf, problem.line, problem.text);
+
+    json_decref(root);
+    return is_ok;
+}
+
 bool gltf_files_find(struct gltf_files *files, const char *path, struct failure *failure)
 {
     struct search search = {.files = files, .gltf = path, .failure = failure};
     char *resolved = realpath(path, NULL);
-    json_error_t problem;
-    json_t *root = NULL;
+    enum scene_format format = SCENE_FORMAT_GLTF;
     bool is_ok = false;
 
     *files = (struct gltf_files){0};
     if (!resolved)
         return fail(failure, EXIT_CODE_NO_INPUT, "cannot read '%s': %s", path, strerror(errno));
-    if (add_gltf(&search, resolved)) {
-        root = json_load_file(path, JSON_ALLOW_NUL, &problem);
-        if (!root)
-            fail(failure, EXIT_CODE_REFUSED, "%s: not glTF: line %d: %s", path, problem.line,
-                 problem.text);
-        else
-            is_ok = add_table(&search, root, "buffers") && add_table(&search, root, "images");
-    }
-    json_decref(root);
+    scene_format_of_file(path, &format);
+    if (add_gltf(&search, resolved))
+        is_ok = format == SCENE_FORMAT_GLTF  ? add_tables(&search)
+                : format == SCENE_FORMAT_OBJ ? add_text_files(&search, path, false)
+                                             : true;
     free(search.folder);
     if (!is_ok)
         gltf_files_finish(files);

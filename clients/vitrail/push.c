@@ -10,8 +10,8 @@
 
 struct push_options {
     struct common_options common;
-    bool force, strict, demo;
-    const char *name, *scene;
+    struct scene_wish file;
+    bool strict, demo;
 };
 
 /* path: NULL for the demo scene. */
@@ -38,9 +38,8 @@ static bool push_scene(struct session *session, const struct push_options *optio
                        const char *path, struct failure *failure)
 {
     struct scene_push push;
-    struct scene_wish wish = {options->name, options->scene, options->force};
-    if (path ? !scene_source_push(session, path, &wish, &push, failure)
-             : !scene_source_push_demo(session, options->name, &push, failure))
+    if (path ? !scene_source_push(session, path, &options->file, &push, failure)
+             : !scene_source_push_demo(session, options->file.name, &push, failure))
         return false;
     json_t *warnings = warnings_of_scene(session, push.id, failure);
     progress_hide(&session->progress);
@@ -59,10 +58,12 @@ static bool push_run(void *context, const struct text_list *files, struct failur
 
     if (!options->demo && !files->count)
         return fail(failure, EXIT_CODE_USAGE, "push needs a FILE, or --demo");
-    if (options->name && files->count + options->demo > 1)
+    if (options->file.name && files->count + options->demo > 1)
         return fail(failure, EXIT_CODE_USAGE, "--name is for one FILE, and there are %zu",
                     files->count + options->demo);
-    if (options->scene && (files->count != 1 || options->demo))
+    if (options->demo && (options->file.unit || options->file.up))
+        return fail(failure, EXIT_CODE_USAGE, "--unit and --up are for a FILE");
+    if (options->file.scene && (files->count != 1 || options->demo))
         return fail(failure, EXIT_CODE_USAGE, "--scene is for one FILE, and there are %zu",
                     files->count + options->demo);
     for (size_t i = 0; i < files->count && is_ok; i++)
@@ -81,12 +82,10 @@ static const struct option OPTIONS[] = {
     {OPTION_FLAG, "demo", 0, NULL, "have the server make its demo scene",
      offsetof(struct push_options, demo)},
     {OPTION_FLAG, "force", 0, NULL, "send even what the server has already",
-     offsetof(struct push_options, force)},
+     offsetof(struct push_options, file.force)},
     {OPTION_TEXT, "name", 0, "NAME", "what the scene is called (default: as its file)",
-     offsetof(struct push_options, name)},
-    {OPTION_TEXT, "scene", 0, "NAME",
-     "which scene of the FILE: its name, or #1, its index\n(default: the one that the file names)",
-     offsetof(struct push_options, scene)},
+     offsetof(struct push_options, file.name)},
+    SCENE_FILE_OPTIONS(struct push_options),
     {OPTION_FLAG, "strict", 0, NULL, "a scene with warnings is a failure",
      offsetof(struct push_options, strict)},
     {0},
@@ -95,11 +94,11 @@ static const struct option OPTIONS[] = {
 const struct command COMMAND_PUSH = {
     .name = "push",
     .synopsis = "FILE... | --demo",
-    .summary = "Send scenes (.glb, or .gltf with its files) and print their ids",
-    .details = "Prints one id per line, in the order of the files. A .glb that the server has\n"
-               "already is not sent again. The demo scene, a chapel with stained-glass windows, "
-               "goes before\n"
-               "the files, and nothing is sent for it.",
+    .summary = "Send scenes (glTF, OBJ, PLY, STL) and print their ids",
+    .details = "Prints one id per line, in the order of the files. The files that a .gltf or .obj\n"
+               "names go with it. A .glb that the server has already is not sent again. The\n"
+               "demo scene, a chapel with stained-glass windows, goes before the files, and\n"
+               "nothing is sent for it.",
     .options = OPTIONS,
     .is_remote = true,
     .operands_max = -1,

@@ -163,7 +163,7 @@ static bool upload(struct session *session, const char *path, const struct gltf_
 {
     struct http_reply reply;
     const char *name = wish->name;
-    char address[sizeof "/v1/scenes?name=&scene=" + 6 * SCENE_NAME_BYTES] = "/v1/scenes";
+    char address[sizeof "/v1/scenes?name=&scene=&unit=&up=" + 7 * SCENE_NAME_BYTES] = "/v1/scenes";
     struct http_request request = {.method = "POST",
                                    .path = address,
                                    .sending = PROGRESS_STAGE_UPLOAD,
@@ -177,6 +177,8 @@ static bool upload(struct session *session, const char *path, const struct gltf_
     }
     add_query(address, sizeof address, "name", name);
     add_query(address, sizeof address, "scene", wish->scene);
+    add_query(address, sizeof address, "unit", wish->unit);
+    add_query(address, sizeof address, "up", wish->up);
     if (files) {
         request.parts = files->files;
         request.part_count = files->count;
@@ -227,7 +229,7 @@ bool scene_source_push(struct session *session, const char *path, const struct s
     if (!is_glb(path, &is_binary, failure))
         return false;
     if (is_binary) {
-        if (!wish->force && !wish->scene &&
+        if (!wish->force && !wish->scene && !wish->unit && !wish->up &&
             (!hash_file(session, path, push->id, failure) ||
              !server_has(session, push->id, &is_there, failure)))
             return false;
@@ -269,9 +271,13 @@ bool scene_source_check_all(const char *source, const struct scene_wish *wish,
     const char *name;
     json_t *part;
 
-    if (source && wish && wish->scene && scene_source_is_on_server(source))
+    if (source && wish && (wish->scene || wish->unit || wish->up) &&
+        scene_source_is_on_server(source))
         return fail(failure, EXIT_CODE_USAGE,
-                    "--scene chooses one scene of a FILE, and '%s' is a scene of the server",
+                    "--%s says how a FILE is read, and '%s' is a scene of the server",
+                    wish->scene  ? "scene"
+                    : wish->unit ? "unit"
+                                 : "up",
                     source);
     if (source && !scene_source_is_on_server(source) && !scene_source_check(source, failure))
         return false;

@@ -18,25 +18,39 @@ struct scene_push {
 /* Whether `text` means a scene of the server, and not a file that happens to be called so. */
 bool scene_source_is_on_server(const char *text);
 
-/* Makes sure that the file can be read and is GLB or glTF by its content, before a server is
- * started for it. */
+/* Makes sure that the file can be read and is GLB by its content, or a scene by its name or
+ * content, before a server is started for it. */
 bool scene_source_check(const char *path, struct failure *failure);
 
 /* What a post asks for beside the file. */
 struct scene_wish {
     const char *name;  /* what the scene is called; NULL: as its file, if it is new to the server */
     const char *scene; /* which of the file; NULL: the file's own choice */
+    const char *unit;  /* of its coordinates, of a format other than glTF; NULL: as it tells */
+    const char *up;    /* its axis that points up, likewise */
     bool force;        /* send it without the question whether the server has it */
 };
 
 /* The options of a command that takes a FILE or a SCENE; its options have a scene_wish `file`. */
-#define SCENE_FILE_OPTIONS(type)                                                               \
-    {                                                                                          \
-        OPTION_TEXT, "scene", 0, "NAME",                                                       \
-            "which scene of the FILE: its name, or #1, its index\n(default: the one that the " \
-            "file "                                                                            \
-            "names)",                                                                          \
-            offsetof(type, file.scene)                                                         \
+#define SCENE_FILE_OPTIONS(type)                                                                \
+    {OPTION_TEXT,                                                                               \
+     "scene",                                                                                   \
+     0,                                                                                         \
+     "NAME",                                                                                    \
+     "which scene of the FILE: its name, or #1, its index\n(default: the one that the file "    \
+     "names)",                                                                                  \
+     offsetof(type, file.scene)},                                                               \
+        {OPTION_TEXT,                                                                           \
+         "unit",                                                                                \
+         0,                                                                                     \
+         "UNIT",                                                                                \
+         "mm, cm, m, in or ft: of the FILE, if it is not glTF\n(default: as it tells, else m)", \
+         offsetof(type, file.unit)},                                                            \
+    {                                                                                           \
+        OPTION_TEXT, "up", 0, "AXIS",                                                           \
+            "y or z: which axis of the FILE points up, if it is not\nglTF (default: as it "     \
+            "tells, else y)",                                                                   \
+            offsetof(type, file.up)                                                             \
     }
 
 /* Brings the file to the server unless it is there already. A GLB is sent as it is, a .gltf with

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/import/converter.h"
 #include "renderer/import/extensions.h"
 #include "renderer/import/gltf_indices.h"
 #include "renderer/import/importer.h"
@@ -178,8 +179,20 @@ static bool list_warnings(struct importer *importer, struct error *err)
                       err);
 }
 
+/* Those of the converter come first. */
+static bool list_lines(struct importer *importer, const char *lines, struct error *err)
+{
+    for (const char *at = lines; at && *at;) {
+        int length = (int)strcspn(at, "\n");
+        if (!importer_warn(importer, err, "%.*s", length, at))
+            return false;
+        at += length + (at[length] != '\0');
+    }
+    return true;
+}
+
 static bool import_all(struct importer *importer, const struct scene_import_desc *desc,
-                       struct error *err)
+                       const char *warnings, struct error *err)
 {
     uint64_t max_bytes = desc->max_blob_bytes ? desc->max_blob_bytes : BLOB_BYTES_DEFAULT;
     importer->max_image_pixels =
@@ -187,12 +200,13 @@ static bool import_all(struct importer *importer, const struct scene_import_desc
     importer->decodable_bytes = max_bytes;
     if (!blob_writer_init(&importer->writer, max_bytes, err) || !open_document(importer, desc, err))
         return false;
-    return list_extensions(importer, err) && import_materials(importer, err) &&
-           import_variants(importer, err) && import_textures(importer, err) &&
-           import_lights(importer, err) && import_cameras(importer, err) &&
-           import_hierarchy(importer, err) && import_meshes(importer, err) &&
-           import_nodes(importer, err) && import_skins(importer, err) &&
-           import_animations(importer, err) && list_warnings(importer, err);
+    return list_lines(importer, warnings, err) && list_extensions(importer, err) &&
+           import_materials(importer, err) && import_variants(importer, err) &&
+           import_textures(importer, err) && import_lights(importer, err) &&
+           import_cameras(importer, err) && import_hierarchy(importer, err) &&
+           import_meshes(importer, err) && import_nodes(importer, err) &&
+           import_skins(importer, err) && import_animations(importer, err) &&
+           list_warnings(importer, err);
 }
 
 static void importer_finish(struct importer *importer)
@@ -224,15 +238,12 @@ static bool check_desc(const struct scene_import_desc *desc, struct error *err)
     return true;
 }
 
-bool scene_import(const struct scene_import_desc *desc, void **blob, size_t *size_bytes,
-                  struct error *err)
+/* Of an upload that is glTF, or has become it. */
+static bool import_gltf(const struct scene_import_desc *desc, const char *warnings, void **blob,
+                        size_t *size_bytes, struct error *err)
 {
-    *blob = NULL;
-    *size_bytes = 0;
-    if (!check_desc(desc, err))
-        return false;
     struct importer importer = {.desc = desc};
-    bool is_done = import_all(&importer, desc, err) &&
+    bool is_done = import_all(&importer, desc, warnings, err) &&
                    blob_writer_write(&importer.writer, &importer.header, desc->write != NULL, blob,
                                      size_bytes, err) &&
                    import_pixels(&importer, desc, *blob, err);
@@ -247,4 +258,38 @@ bool scene_import(const struct scene_import_desc *desc, void **blob, size_t *siz
     *blob = NULL;
     *size_bytes = 0;
     return false;
+}
+
+static bool tell_origin(const struct scene_import_desc *desc, const struct scene_origin *origin,
+                        struct error *err)
+{
+    return !desc->tell_origin || desc->tell_origin(desc->context, origin, err);
+}
+
+static bool import_converted(const struct scene_import_desc *desc, void **blob, size_t *size_bytes,
+                             struct error *err)
+{
+    struct conversion conversion = {0};
+    struct scene_import_desc gltf = *desc;
+    bool is_done = conversion_init(&conversion, desc, err);
+    gltf.files = conversion.files;
+    gltf.file_count = conversion.file_count;
+    is_done = is_done && tell_origin(desc, &conversion.output.origin, err) &&
+              import_gltf(&gltf, conversion.output.warnings, blob, size_bytes, err);
+    conversion_finish(&conversion);
+    return is_done || error_wrap(err, "%s", scene_format_describe(desc->format)->title);
+}
+
+bool scene_import(const struct scene_import_desc *desc, void **blob, size_t *size_bytes,
+                  struct error *err)
+{
+    const struct scene_origin origin = {
+        .unit_m = 1, .up = 'y', .unit_by = SCENE_WORD_FILE, .up_by = SCENE_WORD_FILE};
+    *blob = NULL;
+    *size_bytes = 0;
+    if (!check_desc(desc, err))
+        return false;
+    if (desc->format != SCENE_FORMAT_GLTF)
+        return import_converted(desc, blob, size_bytes, err);
+    return tell_origin(desc, &origin, err) && import_gltf(desc, NULL, blob, size_bytes, err);
 }

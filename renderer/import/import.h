@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Imports an uploaded glTF with its files into a scene blob. Thread: any. Runs inside the sandboxed
- * decoder: it opens no file, touches no network, and finds every URI only among the files it was
- * handed. */
+/* Imports an uploaded scene with its files into a scene blob. Thread: any. Runs inside the
+ * sandboxed decoder: it opens no file, touches no network, and finds every URI only among the files
+ * it was handed. */
 #ifndef VITRAIL_RENDERER_IMPORT_IMPORT_H
 #define VITRAIL_RENDERER_IMPORT_IMPORT_H
 
@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "protocol/error.h"
+#include "protocol/scene_format.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -21,21 +22,33 @@ struct scene_file {
 };
 
 struct scene_import_desc {
-    const struct scene_file *files; /* required; one, by name or GLB magic, is the .gltf or .glb */
+    const struct scene_file *files; /* required; one, by name or GLB magic, is the .gltf or .glb, or
+                                       by name that of the format */
     size_t file_count;
+    enum scene_format format;  /* of the one that is the scene */
+    double unit_m;             /* of a format other than glTF: metres of one unit of the file, above
+                                  0; 0: what the file says, else 1 */
+    char up;                   /* likewise: its axis that points up, 'y' or 'z'; 0: what the file
+                                  says, else that of the format */
     uint64_t max_blob_bytes;   /* 0 means 8 GiB */
     uint64_t max_image_pixels; /* per image; 0 means 64 Mi */
     const char *scene;         /* which of the file is shown: its name, else "#1", its index; NULL:
                                   the one that the file names, else its first */
     /* Optional: told of the scenes of the file, in their order. */
     bool (*tell_scene)(void *context, const char *name, bool is_shown, struct error *err);
+    /* Optional: told how the files were read, before any other call. */
+    bool (*tell_origin)(void *context, const struct scene_origin *origin, struct error *err);
     /* Optional: takes pixels at their offset in the blob, an image at a time, so that memory need
      * not hold them all. Only the blob's head comes back then (scene_open_head). Called on the
      * caller's thread. */
     bool (*write)(void *context, uint64_t offset_bytes, const void *bytes, size_t size_bytes,
                   struct error *err);
-    void *context; /* for tell_scene and write */
+    void *context; /* for tell_scene, tell_origin and write */
 };
+
+/* Loads what reads files of a format, so that nothing is loaded later, where that is forbidden.
+ * ERROR_UNSUPPORTED where it is not there. */
+MUST_CHECK bool scene_import_prepare(enum scene_format format, struct error *err);
 
 /* Writes a new blob, or its head, to *blob (malloc'ed, caller frees). Errors: ERROR_INVALID_SCENE
  * naming file, element and reason; ERROR_UNSUPPORTED naming a required extension that is not known;

@@ -89,6 +89,24 @@ static bool enter_cage(const struct decode_work *work, struct error *err)
                          err);
 }
 
+/* How the front wants the files to be read. */
+static void read_reading(const struct decode_work *work, struct scene_import_desc *desc)
+{
+    const char *name = json_string_value(json_object_get(work->job.json, "format"));
+    if (!name || !scene_format_from_name(name, &desc->format))
+        desc->format = SCENE_FORMAT_GLTF;
+    desc->unit_m = json_number_value(json_object_get(work->job.json, "unit_m"));
+    desc->up = (char)json_integer_value(json_object_get(work->job.json, "up"));
+}
+
+/* The converter of the format is loaded by its name alone, before the cage closes. */
+static bool prepare(const struct decode_work *work, struct error *err)
+{
+    struct scene_import_desc desc = {0};
+    read_reading(work, &desc);
+    return scene_import_prepare(desc.format, err);
+}
+
 /* What the import hands over on its way. */
 struct outcome {
     int blob_fd;
@@ -99,6 +117,14 @@ static bool add_scene(void *context, const char *name, bool is_shown, struct err
 {
     struct scene_summary *summary = &((struct outcome *)context)->summary;
     return scene_summary_add_file_scene(summary, name, is_shown, err);
+}
+
+static bool set_origin(void *context, const struct scene_origin *origin, struct error *err)
+{
+    struct scene_summary *summary = &((struct outcome *)context)->summary;
+    (void)err;
+    summary->source = *origin;
+    return true;
 }
 
 static bool write_summary(const struct scene *scene, struct scene_summary *summary, int fd,
@@ -135,14 +161,16 @@ static bool decode_scene(const struct decode_work *work, struct error *err)
     size_t size_bytes = 0;
     struct scene scene;
     struct outcome outcome = {.blob_fd = work->job.fds[FD_BLOB]};
-    const struct scene_import_desc desc = {
+    struct scene_import_desc desc = {
         .files = work->files,
         .file_count = work->file_count,
         .max_blob_bytes = LIMIT_SCENE_BLOB_BYTES,
         .scene = json_string_value(json_object_get(work->job.json, "scene")),
         .tell_scene = add_scene,
+        .tell_origin = set_origin,
         .write = write_blob,
         .context = &outcome};
+    read_reading(work, &desc);
     bool is_good =
         scene_import(&desc, &blob, &size_bytes, err) &&
         (scene_open_head(&scene, blob, size_bytes, err) || error_wrap(err, "the decoded scene")) &&
@@ -200,7 +228,8 @@ int decoder_main(int socket)
         error_set(&problem, ERROR_INTERNAL, "decoder: %d descriptors instead of %d",
                   work.job.fd_count, FD_COUNT);
     else if (ipc_mapping_init(&work.spool, work.job.fds[FD_SPOOL], &problem) &&
-             read_files(&work, &problem) && enter_cage(&work, &problem) && !decode(&work, &problem))
+             read_files(&work, &problem) && prepare(&work, &problem) &&
+             enter_cage(&work, &problem) && !decode(&work, &problem))
         assert(problem.code != ERROR_NONE);
     bool is_answered = answer(socket, &problem);
     _exit(is_answered ? EXIT_SUCCESS : EXIT_FAILURE); /* no destructor may trip over the cage */

@@ -66,8 +66,11 @@ static json_t *describe_job(const struct decode_pool *pool, const struct upload 
             json_decref(list);
             return NULL;
         }
-    return list ? json_pack("{s:s,s:o,s:s?,s:I,s:i}", "kind", info_of(upload)->job, "files", list,
-                            "scene", upload_scene(upload), "memory_bytes",
+    const struct upload_reading *reading = upload_reading(upload);
+    return list ? json_pack("{s:s,s:o,s:s?,s:s,s:f,s:i,s:I,s:i}", "kind", info_of(upload)->job,
+                            "files", list, "scene", upload_scene(upload), "format",
+                            scene_format_describe(reading->format)->name, "unit_m", reading->unit_m,
+                            "up", reading->up, "memory_bytes",
                             (json_int_t)pool->config->decode_memory_bytes, "timeout_s",
                             pool->config->decode_timeout_s)
                 : NULL;
@@ -102,23 +105,33 @@ static enum answer await_message(struct decode_pool *pool, const struct child *d
                                                                       : ANSWER_NONE;
 }
 
+/* Adds what was reading to an error of a decoder that could not say it itself. */
+static bool name_reader(const struct upload *upload, struct error *err)
+{
+    const struct scene_format_info *format = scene_format_describe(upload_reading(upload)->format);
+    return format->converter
+               ? error_wrap(err, "%s, read through %s", format->title, format->converter)
+               : false;
+}
+
 /* The decoder has begun. What it was doing when it dies is unknown; that it died is said to the
  * client. */
-static bool await_result(struct decode_pool *pool, struct child *decoder, int64_t deadline,
-                         struct error *err)
+static bool await_result(struct decode_pool *pool, const struct upload *upload,
+                         struct child *decoder, int64_t deadline, struct error *err)
 {
     struct ipc_message message = {0};
     switch (await_message(pool, decoder, deadline, &message, err)) {
     case ANSWER_REFUSED:
-        return false;
+        return err->code == ERROR_INVALID_SCENE ? name_reader(upload, err) : false;
     case ANSWER_NONE: {
         char how[64];
         child_stop(decoder, 1000, how, sizeof how);
         if (atomic_load(&pool->is_stopping)) /* its thread took it along */
             return error_set(err, ERROR_OVERLOADED, "the server is stopping");
         atomic_fetch_add(&pool->crashes, 1);
-        return error_set(err, ERROR_INVALID_SCENE,
-                         "the decoder ended with %s while it read this upload", how);
+        error_set(err, ERROR_INVALID_SCENE, "the decoder ended with %s while it read this upload",
+                  how);
+        return name_reader(upload, err);
     }
     case ANSWER_MESSAGE:
         break;
@@ -189,7 +202,7 @@ static bool run_decoder(struct decode_pool *pool, const struct upload *upload, i
     bool is_good = start_decoder(pool, &decoder, job, fds, deadline, err);
     json_decref(job);
     if (is_good) {
-        is_good = await_result(pool, &decoder, deadline, err);
+        is_good = await_result(pool, upload, &decoder, deadline, err);
         child_stop(&decoder, is_good ? 1000 : 0, NULL, 0);
     }
     if (!is_good && err->code == ERROR_NO_MEMORY) {

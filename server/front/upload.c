@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <unistd.h>
 
 #include "protocol/limits.h"
@@ -21,7 +20,8 @@ struct upload {
     int fd;
     struct digest *digest;
     struct multipart *multipart; /* NULL when the body is the file */
-    bool must_be_glb;
+    bool must_be_glb;            /* unless it is told to be something else */
+    struct upload_reading reading;
     uint64_t end_bytes; /* of the spool */
     struct upload_file *files;
     size_t count, capacity;
@@ -144,6 +144,59 @@ static bool on_part_end(void *context, struct error *err)
     return true;
 }
 
+/* ---- format ---- */
+
+/* Whether it is the media type of a format, which is noted. */
+static bool take_media_type(struct upload *upload, const char *content_type)
+{
+    for (int i = 0; i < SCENE_FORMAT_COUNT; i++) {
+        char types[80] = "", *rest = types;
+        const char *all = scene_format_describe((enum scene_format)i)->media_types;
+        snprintf(types, sizeof types, "%s", all ? all : "");
+        for (char *type; (type = strsep(&rest, " "));)
+            if (*type && negotiate_is_type(content_type, type)) {
+                upload->reading.format = (enum scene_format)i;
+                return true;
+            }
+    }
+    return false;
+}
+
+/* Of several files the glTF is the scene, else the first of another format. */
+static const struct upload_file *find_scene(const struct upload *upload, enum scene_format *format)
+{
+    const struct upload_file *found = NULL;
+    for (size_t i = 0; i < upload->count; i++) {
+        enum scene_format own;
+        if (!scene_format_of_file(upload->files[i].name, &own))
+            continue;
+        if (own == SCENE_FORMAT_GLTF || !found) {
+            found = &upload->files[i];
+            *format = own;
+        }
+        if (own == SCENE_FORMAT_GLTF)
+            break;
+    }
+    return found;
+}
+
+static bool settle_format(struct upload *upload, struct error *err)
+{
+    struct upload_reading *reading = &upload->reading;
+    bool is_glb = memcmp(upload->magic, "glTF", 4) == 0;
+    if (upload->multipart && !reading->has_format)
+        find_scene(upload, &reading->format);
+    if (upload->must_be_glb && !reading->has_format && !is_glb)
+        return error_set(err, ERROR_UNSUPPORTED_MEDIA_TYPE,
+                         "application/octet-stream is taken for binary glTF, but this is none; "
+                         "?format= names another format");
+    if (reading->format == SCENE_FORMAT_GLTF && (reading->unit_m > 0 || reading->up))
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "?%s= is for other formats: glTF is in metres, with +Y up",
+                         reading->unit_m > 0 ? "unit" : "up");
+    return true;
+}
+
 /* ---- life ---- */
 
 static bool choose_map_reader(struct upload *upload, const char *content_type, struct error *err)
@@ -170,11 +223,10 @@ static bool choose_scene_reader(struct upload *upload, const char *content_type,
             err);
         return upload->multipart != NULL;
     }
-    if (!upload->must_be_glb && !negotiate_is_type(content_type, "model/gltf-binary") &&
-        !negotiate_is_type(content_type, "model/gltf+json"))
+    if (!upload->must_be_glb && !take_media_type(upload, content_type))
         return error_set(err, ERROR_UNSUPPORTED_MEDIA_TYPE,
-                         "Content-Type '%.80s': a scene is model/gltf-binary, model/gltf+json or "
-                         "multipart/form-data",
+                         "Content-Type '%.80s': a scene is model/gltf-binary, model/gltf+json, "
+                         "multipart/form-data, or application/octet-stream with ?format=",
                          content_type ? content_type : "");
     bool is_json = negotiate_is_type(content_type, "model/gltf+json");
     return add_file(upload, is_json ? "scene.gltf" : "", err); /* the importer tells JSON by its
@@ -267,9 +319,6 @@ static void digest_scene(struct upload *upload, char id[DIGEST_TEXT_BYTES])
 /* By the first bytes, where the type of the body leaves that open. */
 static bool check_magic(const struct upload *upload, struct error *err)
 {
-    if (upload->must_be_glb && memcmp(upload->magic, "glTF", 4) != 0)
-        return error_set(err, ERROR_UNSUPPORTED_MEDIA_TYPE,
-                         "application/octet-stream is taken for binary glTF, but this is none");
     return upload->kind == RESOURCE_SCENE || upload->end_bytes == 0 ||
            memcmp(upload->magic, "#?RADIANCE", 10) == 0 ||
            memcmp(upload->magic, "#?RGBE", 6) == 0 ||
@@ -277,6 +326,20 @@ static bool check_magic(const struct upload *upload, struct error *err)
            error_set(err, ERROR_UNSUPPORTED_MEDIA_TYPE,
                      "an environment map is Radiance HDR or OpenEXR, and begins with '#?RADIANCE', "
                      "'#?RGBE' or 76 2F 31 01; this file does not");
+}
+
+/* Of what has the id, read in one of several ways. */
+static void digest_reading(struct upload *upload, char id[DIGEST_TEXT_BYTES])
+{
+    const struct upload_reading *reading = &upload->reading;
+    char line[DIGEST_TEXT_BYTES + 64], unit[32] = "-";
+    if (reading->unit_m > 0)
+        snprintf(unit, sizeof unit, "%.9g", reading->unit_m);
+    int length = snprintf(line, sizeof line, "vitrail-scene-as-1\n%s %s %s %c\n", id,
+                          scene_format_describe(reading->format)->name, unit,
+                          reading->up ? reading->up : '-');
+    digest_write(upload->digest, line, (size_t)length);
+    digest_end(upload->digest, id);
 }
 
 bool upload_end(struct upload *upload, char id[DIGEST_TEXT_BYTES], struct error *err)
@@ -289,6 +352,8 @@ bool upload_end(struct upload *upload, char id[DIGEST_TEXT_BYTES], struct error 
         if (!check_magic(upload, err))
             return false;
     }
+    if (upload->kind == RESOURCE_SCENE && !settle_format(upload, err))
+        return false;
     if (upload->count == 0)
         return error_set(err, ERROR_INVALID_REQUEST, "multipart: the body holds no file");
     if (upload_size_bytes(upload) == 0)
@@ -299,6 +364,8 @@ bool upload_end(struct upload *upload, char id[DIGEST_TEXT_BYTES], struct error 
         return false;
     if (upload->scene)
         digest_scene(upload, id);
+    if (upload->reading.format != SCENE_FORMAT_GLTF)
+        digest_reading(upload, id);
     return true;
 }
 
@@ -340,6 +407,19 @@ bool upload_choose_scene(struct upload *upload, const char *scene, struct error 
     return upload->scene || error_set(err, ERROR_NO_MEMORY, "name of a scene");
 }
 
+void upload_read_as(struct upload *upload, const struct upload_reading *reading)
+{
+    enum scene_format by_type = upload->reading.format;
+    upload->reading = *reading;
+    if (!reading->has_format)
+        upload->reading.format = by_type;
+}
+
+const struct upload_reading *upload_reading(const struct upload *upload)
+{
+    return &upload->reading;
+}
+
 const char *upload_scene(const struct upload *upload)
 {
     return upload->scene;
@@ -349,12 +429,7 @@ const char *upload_name(const struct upload *upload)
 {
     if (upload->name)
         return upload->name;
-    for (size_t i = 0; upload->multipart && i < upload->count; i++) {
-        size_t length = strlen(upload->files[i].name);
-        const char *end = upload->files[i].name + length;
-        if ((length > 5 && strcasecmp(end - 5, ".gltf") == 0) ||
-            (length > 4 && strcasecmp(end - 4, ".glb") == 0))
-            return upload->files[i].name;
-    }
-    return "";
+    enum scene_format format;
+    const struct upload_file *file = upload->multipart ? find_scene(upload, &format) : NULL;
+    return file ? file->name : "";
 }

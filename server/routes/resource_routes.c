@@ -40,17 +40,41 @@ static void reply_stored(struct resource_post *post, bool is_new)
 struct post_query {
     const char *name;  /* NULL: as its file */
     const char *scene; /* which of the file; NULL: its own choice */
+    struct upload_reading reading;
 };
+
+/* ?format=, ?unit= and ?up= */
+static bool read_reading(const struct http_exchange *exchange, struct upload_reading *reading,
+                         struct error *err)
+{
+    const char *format = http_request_query(exchange, "format");
+    const char *unit = http_request_query(exchange, "unit");
+    const char *up = http_request_query(exchange, "up");
+    reading->has_format = format;
+    if (format && !scene_format_from_name(format, &reading->format))
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "?format=%.40s is no format of scenes; /v1/capabilities lists them",
+                         format);
+    if (unit && !(reading->unit_m = scene_unit_from_name(unit)))
+        return error_set(err, ERROR_INVALID_REQUEST, "?unit=%.40s is not mm, cm, m, in or ft",
+                         unit);
+    if (up && strcmp(up, "y") != 0 && strcmp(up, "z") != 0)
+        return error_set(err, ERROR_INVALID_REQUEST, "?up=%.40s is neither y nor z", up);
+    reading->up = up ? *up : '\0';
+    return true;
+}
 
 static bool read_query(const struct http_exchange *exchange, bool takes_scene,
                        struct post_query *query, struct error *err)
 {
-    const char *const known[] = {"name", takes_scene ? "scene" : NULL, NULL};
+    const char *const known[] = {"name", takes_scene ? "scene" : NULL, "format", "unit", "up",
+                                 NULL};
     query->name = http_request_query(exchange, "name");
     query->scene = http_request_query(exchange, "scene");
     return http_request_check_query(exchange, known, err) &&
            (!query->name || scene_name_check(query->name, err) || error_wrap(err, "?name=")) &&
-           (!query->scene || scene_name_check(query->scene, err) || error_wrap(err, "?scene="));
+           (!query->scene || scene_name_check(query->scene, err) || error_wrap(err, "?scene=")) &&
+           (!takes_scene || read_reading(exchange, &query->reading, err));
 }
 
 /* Puts into the upload what was asked for beside its bytes. */
@@ -58,6 +82,7 @@ static bool set_query(struct upload *upload, const struct post_query *query,
                       const char *default_name, struct error *err)
 {
     const char *name = query->name ? query->name : default_name;
+    upload_read_as(upload, &query->reading);
     return (!name || upload_set_name(upload, name, err)) &&
            (!query->scene || upload_choose_scene(upload, query->scene, err));
 }

@@ -15,7 +15,8 @@ FOLDERS = {"server", "protocol", "renderer", "shaders", "glb", "clients", "tests
 ARROWS = {
     "protocol": {"protocol"},
     "renderer": {"renderer", "shaders", "protocol/error.h", "protocol/quality_defaults.h",
-                 "protocol/shadow_technique.h", "protocol/transparency.h"},
+                 "protocol/scene_format.h", "protocol/shadow_technique.h",
+                 "protocol/transparency.h"},
     "glb": {"glb", "protocol"},
     "server": {"server", "protocol", "renderer", "glb/demo_scene.h"},
     # images and their metrics need no GL, and a client that compares files needs no server
@@ -141,6 +142,7 @@ HOMES = [
     ("microhttpd.h", ["server/http/http*"]),
     ("tiny_gltf.h", ["renderer/*_shim.cpp"]),
     ("stb_dxt.h", ["renderer/textures/texture_blocks.c"]),
+    ("assimp/*", ["renderer/import/assimp/*_shim.cpp"]),
     ("OpenImageIO/*", ["renderer/*_shim.cpp"]),
     # tests encode what the renderer decodes
     ("draco/*", ["renderer/*_shim.cpp", "tests/support/*_shim.cpp"]),

@@ -364,6 +364,11 @@ static void fill_summary(struct scene_summary *summary)
                                       .bounds_max = {1e7 + 0.125, 2, 3},
                                       .upload_bytes = 77,
                                       .decoded_bytes = UINT64_C(1) << 34,
+                                      .source = {.format = SCENE_FORMAT_STL,
+                                                 .unit_m = 0.0254,
+                                                 .up = 'z',
+                                                 .unit_by = SCENE_WORD_REQUEST,
+                                                 .up_by = SCENE_WORD_FILE},
                                       .created_unix_s = 1767225600};
     summary->name = strdup("chapel.glb");
     for (int i = 0; i < 9; i++) {
@@ -427,6 +432,11 @@ static void summaries_read_back_as_they_were(void **state)
     assert_true(read.outline.lights[1].up[1] == 0);
     assert_null(strstr(strstr(text, "At rest"), "\"matrix\":[1")); /* cameras come with zeros */
     assert_null(strstr(strstr(text, "Without up"), "\"up\""));
+    assert_non_null(strstr(text, "\"unit\":\"in\""));
+    assert_int_equal(read.source.format, SCENE_FORMAT_STL);
+    assert_true(read.source.unit_m == 0.0254 && read.source.up == 'z');
+    assert_int_equal(read.source.unit_by, SCENE_WORD_REQUEST);
+    assert_int_equal(read.source.up_by, SCENE_WORD_FILE);
     assert_int_equal(read.file_scene, 1);
     assert_string_equal(read.file_scenes.names[1], "Night");
     assert_int_equal(read.created_unix_s, 1767225600);
@@ -597,6 +607,8 @@ static void every_technique_named_is_accepted_by_the_parser(void **state)
     }
     assert_int_equal(accepted, 15);
     assert_int_equal(json_array_size(json_object_get(json, "formats")), 4);
+    assert_int_equal(json_array_size(json_object_get(json, "scene_formats")),
+                     VITRAIL_WITH_ASSIMP ? SCENE_FORMAT_COUNT : 1);
     assert_int_equal(json_array_size(json_object_get(json, "overlays")), 2);
     json_t *parameters = json_object_get(json_object_get(json, "techniques"), "parameters");
     json_t *samples = json_object_get(parameters, "samples");

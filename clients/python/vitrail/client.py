@@ -92,15 +92,19 @@ class Client:
 
     def post_scene(self, content: Union[Path, bytes, Files],
                    name: Optional[str] = None,
-                   scene: Optional[str] = None) -> Dict[str, Any]:
+                   scene: Optional[str] = None, *, unit: Optional[str] = None,
+                   up: Optional[str] = None) -> Dict[str, Any]:
         """Brings a scene and answers its summary; harmless when it is there already.
 
         name: what it is called; None takes the name of the file.
         scene: which scene of the file, by its name or "#1", its index; None leaves it to the file.
 
-        content: the path of a .glb, or of a .gltf whose files lie where it says; the bytes of a
-        .glb; or files by relative name, one of them the .gltf."""
-        route = "/v1/scenes" + query_of(name=name or None, scene=scene or None)
+        unit: what one unit of a file that is not glTF is: mm, cm, m, in, ft; up: its axis that
+        points up: y, z. None leaves them to the file.
+
+        content: the path of a .glb, of a .gltf or .obj whose files lie where it says, or of a file
+        of another format; the bytes of a .glb; or files by relative name, one of them the scene."""
+        route = "/v1/scenes" + query_of(name=name or None, scene=scene or None, unit=unit, up=up)
         if isinstance(content, (bytes, bytearray, memoryview)):
             reply = self.connection.request("POST", route, bytes(content),
                                             {"Content-Type": "model/gltf-binary"})

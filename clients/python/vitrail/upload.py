@@ -5,22 +5,51 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import secrets
 import urllib.parse
-from typing import Dict, Mapping, Tuple, Union
+from typing import Dict, Iterator, Mapping, Optional, Set, Tuple, Union
 
 Files = Mapping[str, bytes]
 Path = Union[str, "os.PathLike[str]"]
 
 
-def scene_id(content: Union[Path, bytes, Files]) -> str:
+# By suffix: the names of the formats beside glTF.
+FORMATS = {".obj": "obj", ".ply": "ply", ".stl": "stl"}
+UNITS_M = {"mm": 0.001, "cm": 0.01, "m": 1, "in": 0.0254, "ft": 0.3048}
+
+
+def scene_id(content: Union[Path, bytes, Files], *, unit: Optional[str] = None,
+             up: Optional[str] = None) -> str:
     """The id that the server will give: the SHA-256 of one file, or of the manifest of several.
 
-    content as that of Client.post_scene: a path, the bytes of a .glb, or files by name."""
+    content, unit and up as those of Client.post_scene: a path, the bytes of a .glb, or files by
+    name."""
     if isinstance(content, (str, os.PathLike)):
-        return scene_id(files_of(content))
+        return scene_id(files_of(content), unit=unit, up=up)
     if isinstance(content, (bytes, bytearray, memoryview)):
         return hashlib.sha256(content).hexdigest()
+    own = _id_of_files(content)
+    form = _format_of(content)
+    if form is None:
+        return own
+    metres = "-" if unit is None else f"{UNITS_M[unit]:.9g}"
+    line = f"vitrail-scene-as-1\n{own} {form} {metres} {up or '-'}\n"
+    return hashlib.sha256(line.encode()).hexdigest()
+
+
+def _format_of(files: Files) -> Optional[str]:
+    """The format of the scene among files; None: glTF."""
+    found = None
+    for name in files:
+        suffix = os.path.splitext(name)[1].lower()
+        if suffix in (".gltf", ".glb"):
+            return None
+        found = found or FORMATS.get(suffix)
+    return found
+
+
+def _id_of_files(content: Files) -> str:
     if len(content) == 1:
         return scene_id(next(iter(content.values())))
     lines = ["vitrail-scene-1\n"]
@@ -31,10 +60,12 @@ def scene_id(content: Union[Path, bytes, Files]) -> str:
 
 
 def files_of(path: Path) -> Dict[str, bytes]:
-    """A .glb, or a .gltf with the files that it names, by the names under which it names them."""
+    """A scene with the files that it names, by the names under which it names them."""
     path = os.fspath(path)
     folder, name = os.path.split(path)
     files = {name: _read(path)}
+    if name.lower().endswith(".obj"):
+        return {**files, **_files_of_obj(folder, files[name])}
     if not name.lower().endswith(".gltf"):
         return files
     document = json.loads(files[name])
@@ -46,6 +77,35 @@ def files_of(path: Path) -> Dict[str, bytes]:
             relative = urllib.parse.unquote(uri)
             files[relative] = _read(os.path.join(folder, relative))
     return files
+
+
+def _files_of_obj(folder: str, text: bytes) -> Dict[str, bytes]:
+    """The libraries of materials of an .obj and their textures, as far as they are below it."""
+    files: Dict[str, bytes] = {}
+
+    def add(name: str) -> Optional[bytes]:
+        name = os.path.normpath(name.replace("\\", "/")).replace(os.sep, "/")
+        path = os.path.join(folder, name)
+        if os.path.isabs(name) or name.startswith("..") or not os.path.isfile(path):
+            return None
+        files[name] = _read(path)
+        return files[name]
+
+    for library in _values_of(text, {"mtllib"}):
+        for texture in _values_of(add(library) or b"", MAPS):
+            add(texture)
+    return files
+
+
+MAPS = {"map_kd", "map_ke", "map_ks", "map_ns", "map_d", "map_ka", "norm", "bump", "map_bump"}
+
+
+def _values_of(text: bytes, words: Set[str]) -> Iterator[str]:
+    """What stands behind words at the begin of lines, without options as "-s 1 1 1"."""
+    for line in text.decode("utf-8", "replace").splitlines():
+        word, _, value = line.strip().partition(" ")
+        if word.lower() in words and value.strip():
+            yield re.sub(r"^(-\w+\s+((on|off|[-+.\d]\S*|\w)\s+)*)*", "", value.strip())
 
 
 def _read(path: str) -> bytes:

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: MIT
+"""Scenes in other formats than glTF: by upload, command line and Python, in metres, with the format
+that their name, media type or query tells; and what is refused."""
+
+import hashlib
+import json
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+
+import image_files
+import support
+
+support.needs(support.FAKE)
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../clients/python"))
+sys.dont_write_bytecode = True
+
+import vitrail  # its folder is known only now
+from vitrail.upload import multipart
+
+FACETS = [((0, 0, 0), (0, 2, 0), (1, 0, 0)), ((0, 0, 0), (1, 0, 0), (0, 0, 3)),
+          ((0, 0, 0), (0, 0, 3), (0, 2, 0)), ((1, 0, 0), (0, 2, 0), (0, 0, 3))]
+OBJ = (b"mtllib m.mtl\nusemtl tinted\nv 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\n"
+       b"vt 0 0\nf 1/1 3/1 2/1\nf 1/1 2/1 4/1\nf 1/1 4/1 3/1\nf 2/1 3/1 4/1\n")
+MTL = b"newmtl tinted\nillum 6\nTf 0.2 0.5 0.3\nmap_Kd wood.png\n"
+
+
+def stl(count=None):
+    body = b"".join(struct.pack("<3f", 0, 0, 0)
+                    + b"".join(struct.pack("<3f", *corner) for corner in facet) + b"\0\0"
+                    for facet in FACETS)
+    return bytes(80) + struct.pack("<I", len(FACETS) if count is None else count) + body
+
+
+def has_assimp(daemon):
+    formats = daemon.request("GET", "/v1/capabilities").json()["scene_formats"]
+    return any(form["name"] == "stl" for form in formats)
+
+
+class SceneFormats(support.ServiceTest):
+    def setUp(self):
+        self.url = f"http://127.0.0.1:{self.daemon.port}"
+        if not has_assimp(self.daemon):
+            self.skipTest("built without assimp")
+
+    def post(self, body, media_type, query=""):
+        return self.daemon.request("POST", "/v1/scenes" + query, body,
+                                   {"Content-Type": media_type})
+
+    def expect_bounds(self, summary, low, high):
+        for wanted, told in zip((low, high), (summary["bounds"]["min"], summary["bounds"]["max"])):
+            for a, b in zip(wanted, told):
+                self.assertAlmostEqual(a, b, delta=1e-7)
+
+    def test_unit_and_axis_are_those_of_the_query(self):
+        summary = self.post(stl(), "model/stl", "?unit=mm&up=z").json()
+        self.expect_bounds(summary, (0, 0, -0.002), (0.001, 0.003, 0))
+        self.assertEqual({"format": "stl", "converter": "assimp", "unit": "mm", "unit_m": 0.001,
+                          "unit_by": "request", "up": "z", "up_by": "request"}, summary["source"])
+        self.assertEqual([], summary["warnings"])
+        plain = self.post(stl(), "application/octet-stream", "?format=stl").json()
+        self.assertNotEqual(summary["id"], plain["id"])
+        self.expect_bounds(plain, (0, 0, 0), (1, 2, 3))
+        self.assertEqual("default", plain["source"]["unit_by"])
+        self.assertIn("metres are assumed", plain["warnings"][0])
+        line = f"vitrail-scene-as-1\n{hashlib.sha256(stl()).hexdigest()} stl 0.001 z\n"
+        self.assertEqual(hashlib.sha256(line.encode()).hexdigest(), summary["id"])
+        again = self.post(stl(), "model/stl", "?unit=mm&up=z")
+        self.assertEqual((200, summary["id"]), (again.status, again.json()["id"]))
+
+    def test_an_obj_finds_its_materials_in_the_upload(self):
+        body, media_type = multipart({"a/lamp.obj": OBJ, "a/m.mtl": MTL})
+        summary = self.post(body, media_type, "?unit=m").json()
+        self.assertEqual(("a/lamp.obj", ["tinted"]), (summary["name"], summary["materials"]))
+        self.assertEqual(["texture 'wood.png' is left out: it is not among the uploaded files"],
+                         summary["warnings"])
+        outline = self.daemon.request("GET", f"/v1/scenes/{summary['id']}/outline").json()
+        for wanted, told in zip((0.2, 0.5, 0.3, 1), outline["materials"][0]["base_color"]):
+            self.assertAlmostEqual(wanted, told, delta=1e-6)
+        body, media_type = multipart({"lamp.obj": OBJ})
+        self.assertIn("'m.mtl' is not among the uploaded files",
+                      " ".join(self.post(body, media_type).json()["warnings"]))
+
+    def test_what_is_wrong_is_told(self):
+        stored = self.daemon.request("GET", "/v1/scenes").json()["scenes"]
+        for body, media_type, query, status, words in (
+                (stl(400000000), "model/stl", "", 422, "STL: its head tells 400000000 triangles"),
+                (stl()[:-20], "model/stl", "", 422, "STL: its head tells 4 triangles"),
+                (b"", "model/stl", "", 422, "empty"),
+                (b"v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n", "model/obj", "", 422, "(1, nan, 0)"),
+                (b"v 0 0 0\nf 1 2 3\n", "model/obj", "", 422, "index out of range"),
+                (b"ply\nformat ascii 1.0\n", "application/octet-stream", "?format=ply", 422,
+                 "PLY: the file ends within its header"),
+                (stl(), "application/octet-stream", "", 415, "?format="),
+                (stl(), "text/plain", "", 415, "text/plain"),
+                (stl(), "model/stl", "?unit=parsec", 400, "?unit=parsec is not mm"),
+                (stl(), "model/stl", "?up=x", 400, "?up=x is neither"),
+                (stl(), "model/stl", "?format=max", 400, "?format=max is no format"),
+                (support.triangle(), "model/gltf-binary", "?unit=mm", 400, "glTF is in metres"),
+                (support.triangle(), "model/gltf-binary", "?up=z", 400, "?up= is for other")):
+            reply = self.post(body, media_type, query)
+            self.assertEqual(status, reply.status, (media_type, query))
+            self.assertIn(words, reply.json()["detail"])
+        self.assertEqual(stored, self.daemon.request("GET", "/v1/scenes").json()["scenes"])
+
+    def test_a_converter_that_fails_is_named(self):
+        with support.Daemon("--decode-timeout-s", "1") as daemon:
+            daemon.wait_ready()
+            for fault, words in (("crash", "the decoder ended with"),
+                                 ("hang", "decoding took longer than 1 s")):
+                body = OBJ + f"# fake:decoder-{fault}\n".encode()
+                reply = daemon.post_scene(body, "model/obj")
+                self.assertEqual((422, "invalid_scene"), (reply.status, reply.code))
+                self.assertIn("Wavefront OBJ, read through assimp: " + words,
+                              reply.json()["detail"])
+            self.assertEqual(201, daemon.post_scene(OBJ, "model/obj").status)
+
+    def test_clients_send_them_with_their_files(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, content in (("lamp.obj", OBJ), ("m.mtl", MTL), ("part.stl", stl()),
+                                  ("wood.png", image_files.png_bytes(1, 1, b"\xff\x80\x00"))):
+                with open(os.path.join(folder, name), "wb") as file:
+                    file.write(content)
+            path = os.path.join(folder, "lamp.obj")
+            push = subprocess.run(
+                [os.path.join(support.BIN, "vitrail"), "push", "--json", "--unit", "cm",
+                 "--up", "y", "--server", self.url, path, os.path.join(folder, "part.stl")],
+                capture_output=True, text=True, check=True)
+            first, second = map(json.loads, push.stdout.splitlines())
+            self.assertEqual([[], []], [first["warnings"], second["warnings"]])
+            self.assertEqual(vitrail.scene_id(path, unit="cm", up="y"), first["id"])
+            with vitrail.Client(self.url) as client:
+                summary = client.post_scene(path, unit="cm", up="y")
+                self.assertEqual(first["id"], summary["id"])
+                self.assertEqual(1, summary["images"])
+                self.expect_bounds(client.scene(second["id"]), (0, 0, 0), (0.01, 0.02, 0.03))
+                self.assertEqual(vitrail.scene_id(os.path.join(folder, "part.stl"), unit="cm",
+                                                  up="y"), second["id"])
+
+
+if __name__ == "__main__":
+    support.run_tests()
