@@ -198,9 +198,44 @@ export class Vitrail {
       body = new FormData(); // its boundary is the runtime's to write
       for (const { name, blob } of content) body.append(name, blob, name);
     }
+    return this.#post(path, headers, body, onProgress, signal);
+  }
+
+  #post(path, headers, body, onProgress, signal) {
     if (!onProgress || typeof XMLHttpRequest === "undefined")
       return this.json(path, { method: "POST", headers, body, signal });
     return this.#postWithProgress(path, headers, body, onProgress, signal);
+  }
+
+  /** The environment maps, oldest first. */
+  async environments() {
+    return (await this.json("/v1/environments")).environments;
+  }
+
+  /** What an environment map holds. */
+  environment(id) {
+    return this.json(`/v1/environments/${id}`);
+  }
+
+  /**
+   * Brings an environment map, Radiance HDR or OpenEXR. Answers its summary, whose id goes into
+   * `environment.image`; posting the same content again is harmless.
+   * @param {Blob} blob
+   * @param {{name?: string, onProgress?: (share: number) => void, signal?: AbortSignal}} [options]
+   */
+  postEnvironment(blob, { name, onProgress, signal } = {}) {
+    const headers = { "Content-Type": "application/octet-stream" };
+    const path = `/v1/environments${queryOf({ name: name || null })}`;
+    return this.#post(path, headers, blob, onProgress, signal);
+  }
+
+  /** @param {string|null} name null takes the name away */
+  async renameEnvironment(id, name) {
+    return (await this.send("PATCH", `/v1/environments/${id}`, { name })).json();
+  }
+
+  async deleteEnvironment(id) {
+    await this.request(`/v1/environments/${id}`, { method: "DELETE" });
   }
 
   /**

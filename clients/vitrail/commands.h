@@ -12,6 +12,7 @@ extern const struct command COMMAND_VIEW;
 extern const struct command COMMAND_ORBIT;
 extern const struct command COMMAND_PUSH;
 extern const struct command COMMAND_SCENES;
+extern const struct command COMMAND_ENVIRONMENTS;
 extern const struct command COMMAND_DELETE;
 extern const struct command COMMAND_STATS;
 extern const struct command COMMAND_CAPABILITIES;

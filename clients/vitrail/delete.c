@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* vitrail delete: makes the server forget scenes. */
+/* vitrail delete: makes the server forget scenes and environment maps. */
 #include <stdio.h>
+#include <string.h>
 
 #include "clients/vitrail/commands.h"
 #include "clients/vitrail/scene_source.h"
@@ -9,13 +10,18 @@ struct delete_options {
     struct common_options common;
 };
 
-static bool delete_scene(struct session *session, const char *id, struct failure *failure)
+static bool delete_one(struct session *session, const char *text, struct failure *failure)
 {
+    bool is_map = strncmp(text, "environment:", 12) == 0;
+    char id[SCENE_ID_BYTES];
     struct http_reply reply;
     char path[128], task[128];
 
-    snprintf(path, sizeof path, "/v1/scenes/%s", id);
-    snprintf(task, sizeof task, "deleting scene %s", id);
+    if (!(is_map ? environment_reference_resolve(session, text, id, failure)
+                 : scene_reference_resolve(session, text, id, failure)))
+        return false;
+    snprintf(path, sizeof path, "/v1/%s/%s", is_map ? "environments" : "scenes", id);
+    snprintf(task, sizeof task, "deleting %s %s", is_map ? "environment map" : "scene", id);
     if (!session_ask(session, &(struct http_request){.method = "DELETE", .path = path}, task,
                      &reply, failure))
         return false;
@@ -30,20 +36,17 @@ static bool delete_run(void *context, const struct text_list *ids, struct failur
     bool is_ok;
 
     is_ok = session_begin(&session, &options->common, failure);
-    for (size_t i = 0; i < ids->count && is_ok; i++) {
-        char id[SCENE_ID_BYTES];
-        is_ok = scene_reference_resolve(&session, ids->items[i], id, failure) &&
-                delete_scene(&session, id, failure);
-    }
+    for (size_t i = 0; i < ids->count && is_ok; i++)
+        is_ok = delete_one(&session, ids->items[i], failure);
     session_end(&session);
     return is_ok;
 }
 
 const struct command COMMAND_DELETE = {
     .name = "delete",
-    .synopsis = "SCENE...",
-    .summary = "Make the server forget scenes",
-    .details = "SCENE is an id, the first digits of one (at least 4), or a name.\n"
+    .synopsis = "SCENE|environment:MAP...",
+    .summary = "Make the server forget scenes and environment maps",
+    .details = "SCENE and MAP are an id, the first digits of one (at least 4), or a name.\n"
                "Stops at the first one that fails; one that is not there is a failure.",
     .is_remote = true,
     .operands_min = 1,

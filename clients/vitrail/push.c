@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* vitrail push: brings scenes to the server and prints their ids. */
+/* vitrail push: brings scenes and environment maps to the server and prints their ids. */
 #include <jansson.h>
 #include <stdio.h>
 
 #include "clients/vitrail/commands.h"
+#include "clients/vitrail/environment_source.h"
 #include "clients/vitrail/json_text.h"
 #include "clients/vitrail/scene_source.h"
 #include "clients/vitrail/warnings.h"
@@ -34,20 +35,36 @@ static void print_push(const struct push_options *options, const char *path,
 }
 
 /* path: NULL for the demo scene. The id is printed in any case: the server has the scene. */
-static bool push_scene(struct session *session, const struct push_options *options,
-                       const char *path, struct failure *failure)
+static bool push_file(struct session *session, const struct push_options *options, const char *path,
+                      struct failure *failure)
 {
     struct scene_push push;
-    if (path ? !scene_source_push(session, path, &options->file, &push, failure)
-             : !scene_source_push_demo(session, options->file.name, &push, failure))
+    bool is_map = false;
+    if (path && !environment_source_is_map(path, &is_map, failure))
         return false;
-    json_t *warnings = warnings_of_scene(session, push.id, failure);
+    if (is_map ? !environment_source_push(session, path, &options->file, &push, failure)
+        : path ? !scene_source_push(session, path, &options->file, &push, failure)
+               : !scene_source_push_demo(session, options->file.name, &push, failure))
+        return false;
+    json_t *warnings = is_map ? warnings_of_environment(session, push.id, failure)
+                              : warnings_of_scene(session, push.id, failure);
     progress_hide(&session->progress);
     print_push(options, path, &push, warnings);
     bool is_ok =
         !failure->exit_code && (!options->strict || warnings_refuse(warnings, NULL, failure));
     json_decref(warnings);
     return is_ok;
+}
+
+static bool check_file(const struct push_options *options, const char *path,
+                       struct failure *failure)
+{
+    bool is_map;
+    if (!environment_source_is_map(path, &is_map, failure))
+        return false;
+    if (is_map && options->file.scene)
+        return fail(failure, EXIT_CODE_USAGE, "--scene: '%s' is an environment map", path);
+    return is_map || scene_source_check(path, failure);
 }
 
 static bool push_run(void *context, const struct text_list *files, struct failure *failure)
@@ -67,12 +84,12 @@ static bool push_run(void *context, const struct text_list *files, struct failur
         return fail(failure, EXIT_CODE_USAGE, "--scene is for one FILE, and there are %zu",
                     files->count + options->demo);
     for (size_t i = 0; i < files->count && is_ok; i++)
-        is_ok = scene_source_check(files->items[i], failure);
+        is_ok = check_file(options, files->items[i], failure);
     is_ok = is_ok && session_begin(&session, &options->common, failure);
     if (is_ok && options->demo)
-        is_ok = push_scene(&session, options, NULL, failure);
+        is_ok = push_file(&session, options, NULL, failure);
     for (size_t i = 0; i < files->count && is_ok; i++)
-        is_ok = push_scene(&session, options, files->items[i], failure);
+        is_ok = push_file(&session, options, files->items[i], failure);
     progress_hide(&session.progress);
     session_end(&session);
     return is_ok;
@@ -83,7 +100,7 @@ static const struct option OPTIONS[] = {
      offsetof(struct push_options, demo)},
     {OPTION_FLAG, "force", 0, NULL, "send even what the server has already",
      offsetof(struct push_options, file.force)},
-    {OPTION_TEXT, "name", 0, "NAME", "what the scene is called (default: as its file)",
+    {OPTION_TEXT, "name", 0, "NAME", "what it is called (default: as its file)",
      offsetof(struct push_options, file.name)},
     SCENE_FILE_OPTIONS(struct push_options),
     {OPTION_FLAG, "strict", 0, NULL, "a scene with warnings is a failure",
@@ -94,10 +111,10 @@ static const struct option OPTIONS[] = {
 const struct command COMMAND_PUSH = {
     .name = "push",
     .synopsis = "FILE... | --demo",
-    .summary = "Send scenes (glTF, OBJ, PLY, STL) and print their ids",
+    .summary = "Send scenes (glTF, OBJ, PLY, STL) or environment maps (HDR, EXR), print their ids",
     .details = "Prints one id per line, in the order of the files. The files that a .gltf or .obj\n"
-               "names go with it. A .glb that the server has already is not sent again. The\n"
-               "demo scene, a chapel with stained-glass windows, goes before the files, and\n"
+               "names go with it. A .glb or a map that the server has already is not sent again.\n"
+               "The demo scene, a chapel with stained-glass windows, goes before the files, and\n"
                "nothing is sent for it.",
     .options = OPTIONS,
     .is_remote = true,

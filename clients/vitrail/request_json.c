@@ -86,8 +86,8 @@ static bool put_quality(json_t *root, const struct request_options *options,
         !options->blend_filter && !options->shadow_resolution.is_given &&
         !options->shadow_compression.is_given && !options->shadow_prefilter.is_given &&
         !options->shadow_fallback.is_given && !options->samples.is_given && !options->reference &&
-        !options->area_samples.is_given && !options->max_error.is_given &&
-        !options->budget_ms.is_given)
+        !options->area_samples.is_given && !options->environment_samples.is_given &&
+        !options->max_error.is_given && !options->budget_ms.is_given)
         return true;
     quality = member_object(root, "quality");
     return put_text(quality, "shadows", options->shadows, failure) &&
@@ -101,6 +101,7 @@ static bool put_quality(json_t *root, const struct request_options *options,
            put_number(quality, "samples", &options->samples, failure) &&
            (!options->reference || put(quality, "reference", json_true(), failure)) &&
            put_number(quality, "area_samples", &options->area_samples, failure) &&
+           put_number(quality, "environment_samples", &options->environment_samples, failure) &&
            put_number(quality, "max_error", &options->max_error, failure) &&
            put_number(quality, "budget_ms", &options->budget_ms, failure);
 }
@@ -227,6 +228,25 @@ static bool put_exposure(json_t *root, const char *exposure, struct failure *fai
     return put_number(root, "exposure_ev", &number, failure);
 }
 
+/* The light itself takes the place of what the base has; the rest goes over it. */
+static bool put_environment(json_t *root, const struct request_options *options,
+                            struct failure *failure)
+{
+    json_t *environment;
+
+    if (options->environment &&
+        !put(root, "environment", environment_spec_parse(options->environment, failure), failure))
+        return false;
+    if (!options->environment_rotation.is_given && !options->environment_intensity.is_given &&
+        !options->environment_background)
+        return true;
+    environment = member_object(root, "environment");
+    return put_number(environment, "rotation_deg", &options->environment_rotation, failure) &&
+           put_number(environment, "intensity", &options->environment_intensity, failure) &&
+           (!options->environment_background ||
+            put(environment, "background", json_true(), failure));
+}
+
 static bool put_view(json_t *root, const struct request_options *options, struct failure *failure)
 {
     if (options->camera &&
@@ -236,10 +256,8 @@ static bool put_view(json_t *root, const struct request_options *options, struct
         !put(root, "background", numbers_parse(options->background, 4, "--background", failure),
              failure))
         return false;
-    if (options->environment &&
-        !put(root, "environment", environment_spec_parse(options->environment, failure), failure))
-        return false;
-    return put_size(root, options->size, failure) && put_animation(root, options, failure) &&
+    return put_environment(root, options, failure) && put_size(root, options->size, failure) &&
+           put_animation(root, options, failure) &&
            put_text(root, "variant", options->variant, failure) &&
            put_text(root, "tone_mapping", options->tone_mapping, failure) &&
            put_text(root, "format", options->format, failure) &&

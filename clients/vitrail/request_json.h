@@ -23,9 +23,10 @@ struct request_options {
     const char *shadows, *transparency, *light_lists, *blend_filter, *tone_mapping;
     const char *exposure; /* a number, or "auto" */
     struct option_number shadow_resolution, shadow_compression, shadow_prefilter, shadow_fallback,
-        samples, area_samples, max_error, budget_ms, time_s;
+        samples, area_samples, environment_samples, environment_rotation, environment_intensity,
+        max_error, budget_ms, time_s;
     struct text_list lights, clips, highlights, parts, outputs, settings;
-    bool no_scene_lights, reference;
+    bool no_scene_lights, reference, environment_background;
 };
 
 /* What their specifications look like. */
@@ -48,6 +49,22 @@ struct request_options {
     {                                                                           \
         OPTION_##kind, name, 0, argument, help, offsetof(owner, request.member) \
     }
+/* Light from all around. */
+#define REQUEST_ENVIRONMENT_OPTIONS(owner)                                                      \
+    REQUEST_OPTION(owner, TEXT, "environment", "LIGHT",                                         \
+                   "from all around: studio, a map (.hdr, .exr, or of the server),\n"           \
+                   "or SKY:GROUND in nits, numbers or r,g,b",                                   \
+                   environment),                                                                \
+        REQUEST_OPTION(owner, NUMBER, "environment-rotation", "DEGREES",                        \
+                       "turns the map, counter-clockwise from above", environment_rotation),    \
+        REQUEST_OPTION(owner, NUMBER, "environment-intensity", "X", "a factor on the map",      \
+                       environment_intensity),                                                  \
+        REQUEST_OPTION(owner, FLAG, "environment-background", NULL,                             \
+                       "show the map where nothing is", environment_background),                \
+        REQUEST_OPTION(owner, NUMBER, "environment-samples", "N",                               \
+                       "ray traced: towards the map, 1 to 4096; default " QUALITY_DEFAULT_TEXT( \
+                           ENVIRONMENT_SAMPLES_DEFAULT),                                        \
+                       environment_samples)
 /* What frames and views have in common, but for the camera. */
 #define REQUEST_LOOK_OPTIONS(owner)                                                                \
     REQUEST_OPTION(owner, TEXT, "size", "WxH", "in pixels; default 1280x720", size),               \
@@ -60,8 +77,7 @@ struct request_options {
         REQUEST_OPTION(owner, LIST, "highlight", "NODE", "outline this node, and all below it",    \
                        highlights),                                                                \
         REQUEST_OPTION(owner, TEXT, "edges", "SPEC", "draw feature edges, see below", edges),      \
-        REQUEST_OPTION(owner, TEXT, "environment", "SKY:GROUND",                                   \
-                       "light from all around, in nits; numbers or r,g,b", environment),           \
+        REQUEST_ENVIRONMENT_OPTIONS(owner),                                                        \
         REQUEST_OPTION(owner, TEXT, "background", "R,G,B,A", "linear; default transparent",        \
                        background),                                                                \
         REQUEST_OPTION(owner, NUMBER, "time", "S",                                                 \

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* A scene of the server as a command line names it: by its id, by the first digits of its id, or by
- * its name. */
+/* A scene or an environment map of the server as a command line names it: by its id, by the first
+ * digits of its id, or by its name. */
 #ifndef VITRAIL_CLIENTS_VITRAIL_SCENE_REFERENCE_H
 #define VITRAIL_CLIENTS_VITRAIL_SCENE_REFERENCE_H
 
@@ -27,5 +27,10 @@ bool scene_reference_is_plain(const char *text);
  */
 bool scene_reference_resolve(struct session *session, const char *text, char id[SCENE_ID_BYTES],
                              struct failure *failure);
+
+/* Likewise of environment maps, with "environment:". */
+bool environment_reference_is_plain(const char *text);
+bool environment_reference_resolve(struct session *session, const char *text,
+                                   char id[SCENE_ID_BYTES], struct failure *failure);
 
 #endif

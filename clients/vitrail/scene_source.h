@@ -64,12 +64,14 @@ bool scene_source_push_demo(struct session *session, const char *name, struct sc
                             struct failure *failure);
 
 /* scene_source_check() for `source`, unless it is NULL or on the server, and for the scenes of the
- * parts of `request` likewise. A wish for one scene of a file needs a file. wish: NULL: none. */
+ * parts of `request` and its environment map likewise. A wish for one scene of a file needs a file.
+ * wish: NULL: none. */
 bool scene_source_check_all(const char *source, const struct scene_wish *wish,
                             const json_t *request, struct failure *failure);
 
-/* Brings the scenes of the parts of `request` that are files, and names them by their ids. */
-bool scene_source_bring_parts(struct session *session, json_t *request, struct failure *failure);
+/* Brings the scenes of the parts of `request` that are files, and its environment map, and names
+ * them by their ids. */
+bool scene_source_bring_beside(struct session *session, json_t *request, struct failure *failure);
 
 /* Makes sure that the server has what `source` names, and names it in `request` as
  * "scene"; those of its parts as well. wish: of `source`, where it is a file. */

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "clients/vitrail/options.h"
+#include "clients/vitrail/scene_reference.h"
 #include "protocol/limits.h"
 #include "protocol/nearest.h"
 
@@ -311,14 +312,29 @@ static json_t *radiance_parse(const char *text, struct failure *failure)
     return numbers_parse(text, 3, "--environment", failure);
 }
 
+/* Not the numbers of a sky and a ground, nor what begins so: "1:x" is a mistake, "1k.hdr" a file.
+ */
+static bool names_map(const char *text)
+{
+    size_t numbers = strspn(text, "0123456789+-.,eE ");
+    return environment_reference_is_plain(text) || (text[numbers] && text[numbers] != ':');
+}
+
 json_t *environment_spec_parse(const char *text, struct failure *failure)
 {
     const char *colon = strchr(text, ':');
     char *sky_text;
     json_t *sky, *ground;
 
+    if (names_map(text)) {
+        json_t *map = json_pack("{s:s}", "image", text);
+        if (!map)
+            fail_spec(failure, "--environment", text, "UTF-8");
+        return map;
+    }
     if (!colon) {
-        fail_spec(failure, "--environment", text, "SKY:GROUND, each a number or r,g,b");
+        fail_spec(failure, "--environment", text,
+                  "studio, a map, or SKY:GROUND, each a number or r,g,b");
         return NULL;
     }
     sky_text = strndup(text, (size_t)(colon - text));

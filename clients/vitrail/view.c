@@ -64,7 +64,7 @@ static bool show(const struct view_call *call, struct failure *failure)
 
 static bool patch(const struct view_call *call, struct failure *failure)
 {
-    return scene_source_bring_parts(call->session, call->members, failure) &&
+    return scene_source_bring_beside(call->session, call->members, failure) &&
            view_client_patch(call->session, call->subject, call->members, failure);
 }
 

@@ -15,6 +15,19 @@ json_t *warnings_of_scene(struct session *session, const char *scene, struct fai
     return warnings;
 }
 
+json_t *warnings_of_environment(struct session *session, const char *id, struct failure *failure)
+{
+    struct failure ignored = {0};
+    char path[128];
+    snprintf(path, sizeof path, "/v1/environments/%s", id);
+    json_t *summary = session_get_json(session, path, "the environment map", &ignored);
+    if (ignored.exit_code >= EXIT_CODE_SIGNAL_BASE)
+        *failure = ignored;
+    json_t *warnings = json_incref(json_object_get(summary, "warnings"));
+    json_decref(summary);
+    return warnings;
+}
+
 void warnings_print(const json_t *warnings, const char *of)
 {
     const json_t *warning;

@@ -13,6 +13,9 @@
  * is one. */
 json_t *warnings_of_scene(struct session *session, const char *scene, struct failure *failure);
 
+/* Likewise what was changed of an environment map. */
+json_t *warnings_of_environment(struct session *session, const char *id, struct failure *failure);
+
 /* Prints each sentence of the array (NULL: none) on stderr, after `of` (NULL: nothing). */
 void warnings_print(const json_t *warnings, const char *of);
 

@@ -233,8 +233,8 @@ class RequestTest(CliTest):
 
     def test_help_names_every_command_and_every_option_it_takes(self):
         overview, _ = self.run_cli("--help")
-        for command in ("render", "push", "scenes", "delete", "stats", "capabilities", "health",
-                        "demo-scene"):
+        for command in ("render", "push", "scenes", "environments", "delete", "stats",
+                        "capabilities", "health", "demo-scene"):
             self.assertIn("\n  %s" % command, overview)
             text, _ = self.run_cli(command, "--help")
             self.assertEqual(text, self.run_cli("help", command)[0])

@@ -162,7 +162,7 @@ HOMES = [
     ("ini.h", ["server/base/config.c"]),
     ("wslay/*", ["server/http/websocket.c"]),
     ("openssl/*", ["server/base/digest.c", "server/http/websocket_accept.c",
-                    "clients/vitrail/scene_source.c"]),
+                    "clients/vitrail/resource.c"]),
     ("png.h", ["glb/*", "renderer/image/png_codec.c", "tests/*"]),
     ("webp/*", ["renderer/image/webp_codec.c"]),
     ("embree*/*", ["renderer/raytrace/embree.h"]),

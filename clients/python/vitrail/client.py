@@ -127,6 +127,37 @@ class Client:
     def delete_scene(self, scene: str) -> None:
         self.connection.request("DELETE", f"/v1/scenes/{scene}")
 
+    # ---- environment maps: light from all around ----
+
+    def environments(self) -> List[Dict[str, Any]]:
+        """Oldest first."""
+        return self.get("/v1/environments")["environments"]
+
+    def environment(self, environment: str) -> Dict[str, Any]:
+        return self.get(f"/v1/environments/{environment}")
+
+    def post_environment(self, content: Union[Path, bytes],
+                         name: Optional[str] = None) -> Dict[str, Any]:
+        """Brings a map, Radiance HDR or OpenEXR, and answers its summary, whose id goes into
+        environment={"image": ...} of renders and views. Harmless when it is there already.
+
+        content: the path of the file, or its bytes.
+        name: what it is called; None takes the name of the file."""
+        if not isinstance(content, (bytes, bytearray, memoryview)):
+            name = name or os.path.basename(os.fspath(content))
+            with open(content, "rb") as file:
+                content = file.read()
+        route = "/v1/environments" + query_of(name=name or None)
+        return self.connection.request("POST", route, bytes(content),
+                                       {"Content-Type": "application/octet-stream"}).json()
+
+    def rename_environment(self, environment: str, name: Optional[str]) -> Dict[str, Any]:
+        """Gives a map a name, or takes it away with None; answers the summary."""
+        return self.send("PATCH", f"/v1/environments/{environment}", {"name": name}).json()
+
+    def delete_environment(self, environment: str) -> None:
+        self.connection.request("DELETE", f"/v1/environments/{environment}")
+
     # ---- images ----
 
     def render(self, scene: str, *, format: str = "png", etag: Optional[str] = None,
