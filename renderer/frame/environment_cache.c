@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "renderer/frame/frame_budget.h"
 #include "renderer/frame/renderer_internal.h"
 
 static struct resident_environment *find(struct environment_cache *cache, const char *key)
@@ -17,6 +18,7 @@ static struct resident_environment *find(struct environment_cache *cache, const 
 
 static void release(struct resident_environment *entry)
 {
+    environment_maps_finish(&entry->maps);
     if (entry->environment && entry->release)
         entry->release(entry->context);
     *entry = (struct resident_environment){.environment = NULL};
@@ -42,6 +44,25 @@ bool environment_cache_open(struct environment_cache *cache, const struct view *
                                     view->environment_intensity);
     light->is_background = view->environment_is_background;
     return true;
+}
+
+const struct environment_maps *environment_cache_maps(struct renderer *renderer,
+                                                      const struct environment_light *light,
+                                                      struct error *err)
+{
+    struct resident_environment *entry = renderer->environments.entries;
+    while (entry->environment != light->environment)
+        entry++; /* it was found when the view was opened */
+    frame_budget_reserve(renderer, environment_maps_missing_bytes(&entry->maps, light));
+    return environment_maps_prepare(&entry->maps, light, err) ? &entry->maps : NULL;
+}
+
+uint64_t environment_cache_size_bytes(const struct environment_cache *cache)
+{
+    uint64_t bytes = 0;
+    for (int i = 0; i < RENDERER_ENVIRONMENTS_MAX; i++)
+        bytes += environment_maps_size_bytes(&cache->entries[i].maps);
+    return bytes;
 }
 
 bool renderer_attach_environment(struct renderer *renderer,

@@ -4,6 +4,7 @@
 #define VITRAIL_RENDERER_FRAME_ENVIRONMENT_CACHE_H
 
 #include "renderer/renderer.h"
+#include "renderer/shading/environment_maps.h"
 
 enum { ENVIRONMENT_KEY_BYTES = 65 };
 
@@ -13,6 +14,7 @@ struct resident_environment { /* environment NULL: free */
     void (*release)(void *context);
     void *context;
     uint64_t last_use;
+    struct environment_maps maps; /* of those that were rasterised with */
 };
 
 struct environment_cache { /* zeroed: empty */
@@ -26,5 +28,12 @@ void environment_cache_finish(struct environment_cache *cache); /* releases all 
  * there is none with its key. Marks it as used. */
 MUST_CHECK bool environment_cache_open(struct environment_cache *cache, const struct view *view,
                                        struct environment_light *light, struct error *err);
+
+/* What it is on the device, for that light of it; brought where it is not there yet. NULL with err.
+ */
+const struct environment_maps *environment_cache_maps(struct renderer *renderer,
+                                                      const struct environment_light *light,
+                                                      struct error *err);
+uint64_t environment_cache_size_bytes(const struct environment_cache *cache); /* on the device */
 
 #endif

@@ -379,6 +379,8 @@ static struct window_run window_of(const struct frame_run *run,
                 .needs = &run->frame_plan->shaders,
                 .targets = &context->targets,
                 .report = &run->frame->report,
+                .environment = run->environment,
+                .environment_maps = run->environment_maps,
             },
     };
 }
@@ -707,6 +709,11 @@ bool frame_run(const struct frame_run *desc, struct error *err)
     bool is_kept = false;
     own.textures = &textures;
     bool ok = begin(run, &is_kept, err);
+    if (ok && !is_kept && needs(run, PLAN_NEED_COLOR) && run->environment->environment) {
+        own.environment_maps =
+            environment_cache_maps(run->context->renderer, run->environment, err);
+        ok = own.environment_maps;
+    }
     ok = ok && (is_kept ? run_over_kept(run, err) : run_steps(run, err));
     shadow_system_end_frame(run->context->renderer->shadows, run->shadow_frame);
     frame_textures_end(&textures, run);

@@ -22,7 +22,8 @@ struct frame_run {
     bool only_builds;            /* what frames keep for those after them, and no picture */
     bool is_again;               /* it goes on after a pause: the report has what it did before */
     uint64_t shadow_frame;       /* required: shadow_system_number_frame */
-    struct frame_textures *textures; /* set by frame_run */
+    struct frame_textures *textures;                 /* set by frame_run */
+    const struct environment_maps *environment_maps; /* likewise; NULL: not drawn with any */
 };
 
 /* Runs what the plan lists and nothing else. */

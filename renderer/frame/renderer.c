@@ -172,7 +172,9 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
 
 uint64_t renderer_used_bytes(const struct renderer *renderer)
 {
-    return scene_cache_size_bytes(&renderer->scenes) + shadow_system_size_bytes(renderer->shadows) +
+    return scene_cache_size_bytes(&renderer->scenes) +
+           environment_cache_size_bytes(&renderer->environments) +
+           shadow_system_size_bytes(renderer->shadows) +
            raytrace_cache_size_bytes(renderer->traced) + readback_size_bytes(renderer->readback) +
            frame_context_size_bytes(&renderer->frames) +
            frame_context_size_bytes(&renderer->urgent);

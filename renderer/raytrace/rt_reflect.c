@@ -203,13 +203,14 @@ void rt_reflect_hemisphere(const struct scene_state *state, const struct rt_refl
         mirrored_share(r->lobes.coat_normal, r->view, sqrt(sqrt(r->lobes.coat_alpha_square)));
     double split[2], f0s[3], weight = 1, largest = rt_surface_specular(s, f0s, &weight);
     double metal[3] = {s->base[0], s->base[1], s->base[2]};
+    double most = s->f0 + rt_surface_edge(s); /* at grazing angles */
     environment_split(s->roughness, n_dot_v, split);
     if (s->film > 0)
         largest = film_f0s(s, n_dot_v, f0s, metal);
     for (int k = 0; k < 3; k++) {
         double ground = (double)state->ground[k], range = (double)state->sky[k] - ground;
         double f0 = weight * f0s[k] + (metal[k] - weight * f0s[k]) * s->metallic;
-        double edge = weight + (1 - weight) * s->metallic;
+        double edge = weight * most + (1 - weight * most) * s->metallic;
         double diffuse =
             s->base[k] * (1 - s->metallic) * (1 - s->transmission) * (1 - weight * largest);
         double base = diffuse * (ground + range * up) +

@@ -6,11 +6,12 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "renderer/shading/environment_maps.h"
 #include "renderer/window/time_slice_clock.h"
 
 #include "shaders/shared/bindings.h"
 
-enum { DEFINES_BYTES = 512 };
+enum { DEFINES_BYTES = 640 };
 
 /* ---- programs ---- */
 
@@ -47,9 +48,10 @@ static void describe(const struct window_frame *frame, const struct shade_facts 
         kind->describe(frame, &own, own_defines);
     if (facts->has_entries)
         describe_media(frame, facts, media_defines);
-    snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s%s%s%s%s %s %s", has_lights ? "HAS_LIGHTS" : "",
+    snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s%s%s%s%s%s %s %s", has_lights ? "HAS_LIGHTS" : "",
              own.has_shadow_maps ? " HAS_SHADOWS" : "",
              frame->state->has_environment ? " HAS_ENVIRONMENT" : "",
+             view_has_environment(frame->view) ? " HAS_ENVIRONMENT_MAP" : "",
              frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "",
              kind->fragment ? " SURFACES=" : "", kind->fragment ? kind->fragment : "", own_defines,
              media_defines, material_defines, light_defines,
@@ -94,8 +96,11 @@ static void bind(const struct lighting *lighting, const struct gl_program *progr
     const struct light_slice *slice = &lighting->slice;
     window_set_view_ray(frame, program);
     window_set_clip_planes(frame, 1, program);
-    if (frame->state->has_environment)
+    bool has_map = view_has_environment(frame->view);
+    if (frame->state->has_environment || has_map)
         window_set_world_axes(frame, program);
+    if (has_map)
+        environment_maps_bind(frame->environment_maps, frame->environment, program);
     gl_program_set_f3(program, "u_sky", frame->state->sky);
     gl_program_set_f3(program, "u_ground", frame->state->ground);
     gl_program_set_f(program, "u_taps", (float)light_taps(frame, desc->traced));

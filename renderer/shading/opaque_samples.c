@@ -13,11 +13,13 @@ static void describe_as(const struct window_frame *frame, const struct surface_f
     const char *compositing = facts->compositing;
     const struct view_screen *screen = &frame->view->screen;
     bool has_choice = screen->mapping.operator_ != TONE_MAPPING_NEUTRAL;
-    snprintf(text, SURFACE_DEFINES_BYTES, " SAMPLES=%d%s%s%s%s%s%s", frame->targets->samples,
+    bool shows_map = view_has_environment(frame->view) && frame->view->environment_is_background;
+    snprintf(text, SURFACE_DEFINES_BYTES, " SAMPLES=%d%s%s%s%s%s%s%s", frame->targets->samples,
              facts->has_shadow_maps && frame->needs->has_normal_offset ? " HAS_NORMAL_OFFSET" : "",
              is_apart ? " SAMPLES_APART" : "", compositing ? " LAYERS=" : "",
              compositing ? compositing : "", screen->has_backdrop ? " HAS_BACKDROP" : "",
-             screen->has_backdrop && has_choice ? " TONE_HAS_CHOICE" : "");
+             screen->has_backdrop && has_choice ? " TONE_HAS_CHOICE" : "",
+             shows_map ? " HAS_ENVIRONMENT_BACKGROUND" : "");
 }
 
 static void describe(const struct window_frame *frame, const struct surface_facts *facts,

@@ -14,6 +14,9 @@
 #include "renderer/scene/camera.h"
 #include "renderer/window/targets.h"
 
+struct environment_light;
+struct environment_maps;
+
 struct window_frame {
     struct program_cache *programs;
     struct gpu_timeline *timeline;
@@ -27,8 +30,10 @@ struct window_frame {
     const struct shader_needs *needs; /* of the state */
     struct targets *targets;
     struct frame_report *report;
-    float sample_positions[4][2]; /* in the pixel, y up */
-    uint32_t list_room;           /* entries that lists_scatter.frag.glsl may write */
+    float sample_positions[4][2];                /* in the pixel, y up */
+    const struct environment_light *environment; /* where the view has a map; likewise */
+    const struct environment_maps *environment_maps;
+    uint32_t list_room; /* entries that lists_scatter.frag.glsl may write */
 };
 
 /* Window and depth uniforms of shaders/window/view_ray.glsl. */

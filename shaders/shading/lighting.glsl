@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Light that a surface sends to the viewer: every listed light through its shadow, the hemisphere,
-// emission.
+// an environment map, emission.
 // The same code serves every set of surfaces (renderer/window/surface_set.h). A set hands its
 // surfaces out as lit_surface: shade_surfaces.comp.glsl asks the set's own fragment for them, and
 // shade_pixels.comp.glsl is such a set with a program of its own. Needs: light list and shadow
@@ -30,9 +30,14 @@ layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statis
 #define STATISTICS_LOOKUPS 64u // first of 64 counters of shadow queries: atomics kept apart
 #endif
 
+#if defined HAS_ENVIRONMENT || defined HAS_ENVIRONMENT_MAP
+uniform vec3 u_world_y; // in view space
+#endif
 #ifdef HAS_ENVIRONMENT
 uniform vec3 u_sky, u_ground; // nt
-uniform vec3 u_world_y;       // in view space
+#endif
+#ifdef HAS_ENVIRONMENT_MAP
+#include "shading/environment.glsl"
 #endif
 #if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
 uniform float u_taps; // per shadow query, for the statistics
@@ -187,6 +192,33 @@ vec3 hemisphere_mirrored(brdf_input b, vec3 normal, float roughness)
     float spread = mix(0.05, 1.0, roughness);
     return mix(u_ground, u_sky, clamp(0.5 + 0.5 * dot(u_world_y, r) / spread, 0.0, 1.0));
 }
+#endif
+
+#if defined HAS_ENVIRONMENT || defined HAS_ENVIRONMENT_MAP
+// Light from all around, as means over the lobes of a surface.
+struct ambient_light {
+    vec3 irradiance; // over pi
+    vec3 mirrored;   // of the base
+    vec3 coat;       // of the coat
+};
+
+ambient_light ambient_around(brdf_input b, float roughness)
+{
+    ambient_light around = ambient_light(vec3(0.0), vec3(0.0), vec3(0.0));
+#ifdef HAS_ENVIRONMENT
+    around.irradiance = mix(u_ground, u_sky, 0.5 + 0.5 * dot(u_world_y, b.normal));
+    around.mirrored = hemisphere_mirrored(b, b.normal, roughness);
+    if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT))
+        around.coat = hemisphere_mirrored(b, b.coat_normal, sqrt(b.coat_alpha));
+#endif
+#ifdef HAS_ENVIRONMENT_MAP
+    around.irradiance += environment_irradiance(b.normal);
+    around.mirrored += environment_mirrored(b.normal, b.view, roughness);
+    if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT))
+        around.coat += environment_mirrored(b.coat_normal, b.view, sqrt(b.coat_alpha));
+#endif
+    return around;
+}
 
 #ifdef HAS_MORE_LOBES
 // The f0 that under Schlick's law reflects at this angle what the film does.
@@ -201,7 +233,7 @@ vec3 film_f0(brdf_input b, vec3 f0, float weight, float cosine)
 #endif
 
 // With fibres, a coat, a film, or another reflection of the dielectric.
-vec3 hemisphere_lobes(brdf_input b, vec3 irradiance, vec2 split, float n_dot_v, float roughness)
+vec3 ambient_lobes(brdf_input b, ambient_light around, vec2 split, float n_dot_v)
 {
     vec3 f0 = b.specular.w * min(b.f0 * b.specular.rgb, vec3(1.0)), metal = b.base;
 #ifdef HAS_MORE_LOBES
@@ -212,30 +244,29 @@ vec3 hemisphere_lobes(brdf_input b, vec3 irradiance, vec2 split, float n_dot_v, 
 #endif
     float dielectric = (1.0 - b.metallic) * (1.0 - b.transmission) * (1.0 - largest_of(f0));
     f0 = mix(f0, metal, b.metallic);
-    float edge = mix(b.specular.w, 1.0, b.metallic);
-    vec3 sent = b.base * dielectric * irradiance +
-                hemisphere_mirrored(b, b.normal, roughness) * (f0 * split.x + edge * split.y);
+    float edge = mix(b.specular.w * dielectric_grazing(b.f0), 1.0, b.metallic);
+    vec3 sent = b.base * dielectric * around.irradiance +
+                around.mirrored * (f0 * split.x + edge * split.y);
     sent *= b.below_sheen;
     if (MATERIAL_MAY_BE(MATERIAL_SHEEN))
-        sent += b.sheen * sheen_albedo(n_dot_v, b.sheen_roughness) * irradiance;
+        sent += b.sheen * sheen_albedo(n_dot_v, b.sheen_roughness) * around.irradiance;
     sent *= b.below_coat;
     if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT))
-        sent += (1.0 - b.below_coat) *
-                hemisphere_mirrored(b, b.coat_normal, sqrt(b.coat_alpha));
+        sent += (1.0 - b.below_coat) * around.coat;
     return sent;
 }
 
-vec3 hemisphere_light(brdf_input b, float roughness, float occlusion)
+vec3 ambient_sent(brdf_input b, float roughness, float occlusion)
 {
     float n_dot_v = clamp(dot(b.normal, b.view), 0.0, 1.0);
-    vec3 irradiance = mix(u_ground, u_sky, 0.5 + 0.5 * dot(u_world_y, b.normal)); // over pi
-    vec3 mirrored = hemisphere_mirrored(b, b.normal, roughness);
+    ambient_light around = ambient_around(b, roughness);
     vec2 split = environment_brdf(roughness, n_dot_v);
     if (MATERIAL_MAY_BE(MATERIAL_LOBES))
-        return hemisphere_lobes(b, irradiance, split, n_dot_v, roughness) * occlusion;
+        return ambient_lobes(b, around, split, n_dot_v) * occlusion;
     vec3 f0 = mix(vec3(b.f0), b.base, b.metallic);
     vec3 diffuse = b.base * ((1.0 - b.metallic) * (1.0 - b.transmission) * (1.0 - b.f0));
-    return (diffuse * irradiance + mirrored * (f0 * split.x + split.y)) * occlusion;
+    vec3 mirrored = f0 * split.x + mix(dielectric_grazing(b.f0), 1.0, b.metallic) * split.y;
+    return (diffuse * around.irradiance + around.mirrored * mirrored) * occlusion;
 }
 #endif
 
@@ -312,9 +343,9 @@ vec3 lighting_evaluate(lit_surface at)
     light_tolerance = vec2(1.0, clamp(8.0 * length(cross(s.normal, s.geo_normal)), 0.0, 1.0));
     light_object = MATERIAL_IS(flags, MATERIAL_NO_SELF_SHADOW) ? s.node : NO_OBJECT;
 #endif
-#ifdef HAS_ENVIRONMENT
+#if defined HAS_ENVIRONMENT || defined HAS_ENVIRONMENT_MAP
     if (IS_FIRST_PART)
-        radiance += hemisphere_light(b, s.roughness, s.occlusion);
+        radiance += ambient_sent(b, s.roughness, s.occlusion);
 #endif
 #ifdef HAS_LIGHTS
 #ifdef HAS_TRACED_SHADOWS

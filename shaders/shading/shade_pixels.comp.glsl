@@ -8,6 +8,7 @@
 // every sample.
 // Needs: SAMPLES (1 or 4), SAMPLES_APART (the second pass), SAMPLES_IN_TURN (below),
 // HAS_BACKDROP (the picture is mapped to the screen; TONE_HAS_CHOICE of image/tone_operators.glsl),
+// HAS_ENVIRONMENT_BACKGROUND (of shading/environment.glsl: it is seen where nothing is),
 // IS_ORTHOGRAPHIC, HAS_TRACED_SHADOWS, those of lighting.glsl; LAYERS where there are layers: the
 // fragment of the transparency method (renderer/transparency/method.h), which provides
 //   struct pixel_layers: what it knows of a pixel before it follows samples through the layers,
@@ -57,7 +58,16 @@ uniform uvec2 u_size_px;
 #ifndef SAMPLES_APART
 uniform uint u_first; // row of the dispatch
 #endif
-uniform vec4 u_background;             // associated alpha; 0 where there is a backdrop
+#ifdef HAS_ENVIRONMENT_BACKGROUND
+vec4 background_at(ivec2 pixel)
+{
+    return vec4(environment_radiance(-view_direction(view_position(vec2(pixel) + 0.5, 1.0))), 1.0);
+}
+#define BACKGROUND background_at(pixel)
+#else
+uniform vec4 u_background; // associated alpha; 0 where there is a backdrop
+#define BACKGROUND u_background
+#endif
 uniform vec2 u_sample_positions[SAMPLES]; // in the pixel, y up
 #ifdef HAS_TRACED_SHADOWS
 layout(binding = UNIT_TRACED_HEADS) uniform usamplerBuffer u_traced_heads;
@@ -184,9 +194,11 @@ vec4 shade_sample(ivec2 pixel, int i, uint members, float depth, vec2 offset)
 void shade_opaque(ivec2 pixel, uint apart)
 {
     float depth = texelFetch(u_depth_map, pixel, 0).x;
-    vec4 shaded = u_background;
+    vec4 shaded;
     if (depth > 0.0)
         shaded = shade_sample(pixel, 0, 1u, depth, u_sample_positions[0]);
+    else
+        shaded = BACKGROUND;
     KEEP_COLOR(0, shaded)
 }
 // Each distinct surface among the samples is shaded once, in the middle of them; those apart at
@@ -220,13 +232,15 @@ void shade_opaque(ivec2 pixel, uint apart)
         int first = findLSB(groups) / SAMPLES;
         uint members = groups >> SAMPLES * first & mask;
         float depth = GROUP_DEPTH(first); // 0 where that of all members is
-        vec4 shaded = u_background;
-        if (depth > 0.0)
+        vec4 shaded;
+        if (depth > 0.0) {
             shaded = shade_sample(pixel, first, members, depth, group_place(members));
+        } else {
+            shaded = BACKGROUND;
 #ifdef TELLS_LIGHT
-        else
             note_dark(members);
 #endif
+        }
         groups &= ~(mask << SAMPLES * first);
         for (; members != 0u; members &= members - 1u)
             KEEP_COLOR(findLSB(members), shaded)
@@ -240,9 +254,11 @@ void shade_opaque(ivec2 pixel, uint apart)
     uint remaining = (1u << SAMPLES) - 1u;
     while (remaining != 0u) {
         sample_group g = group_next(pixel, remaining, apart);
-        vec4 shaded = u_background;
+        vec4 shaded;
         if (g.depth > 0.0)
             shaded = shade_sample(pixel, g.first, g.members, g.middle.z, g.middle.xy);
+        else
+            shaded = BACKGROUND;
         for (int j = 0; j < SAMPLES; j++)
             if ((g.members & 1u << j) != 0u)
                 KEEP_COLOR(j, shaded)

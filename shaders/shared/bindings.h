@@ -82,6 +82,9 @@
 #define UNIT_LIGHT_RECORDS 20  /* linked light lists: samplerBuffer RGBA32F, 6 texels per light */
 #define UNIT_LIGHT_MESH 21     /* linked light lists: samplerBuffer RGBA32F, triangle soup */
 #define UNIT_SHADOW_MEDIA 23   /* usamplerBuffer RGBA32UI: extinction behind each event */
-#define UNIT_LIGHT_FRONT 22    /* linked light lists: sampler2D R32F, depth of front faces */
+#define UNIT_ENVIRONMENT_DIFFUSE 24  /* sampler2D: environment_diffuse_map */
+#define UNIT_ENVIRONMENT_SPECULAR 25 /* sampler2D: a level per step of roughness */
+#define UNIT_ENVIRONMENT_RADIANCE 26 /* sampler2D: what is seen of it */
+#define UNIT_LIGHT_FRONT 22          /* linked light lists: sampler2D R32F, depth of front faces */
 
 #endif

@@ -76,8 +76,8 @@ ROOMS = {
         " renderer/window renderer/lights renderer/raytrace renderer/transparency"
         " renderer/forecast",
     "renderer/shading":
-        "renderer/base renderer/image renderer/gl renderer/window renderer/lights"
-        " renderer/transparency renderer/shadows",
+        "renderer/base renderer/image renderer/environment renderer/gl renderer/window"
+        " renderer/lights renderer/transparency renderer/shadows",
     "renderer/cost":
         "renderer/base renderer/frame_report renderer/view.h renderer/scene renderer/lights"
         " renderer/forecast renderer/shadows",

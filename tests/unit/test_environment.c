@@ -237,6 +237,62 @@ static void the_studio_is_neutral_and_of_mean_radiance_1(void **state)
     environment_destroy(studio);
 }
 
+/* The sum over a map of its radiance by n.l and the density of l where n.h is drawn by D n.h, with
+ * the viewer along the normal; over the same sum without the radiance. */
+static double mean_over_lobe(const struct environment_map *map, double roughness, const double n[3])
+{
+    double sum = 0, weights = 0, a2 = pow(roughness, 4);
+    for (int y = 0; y < map->height; y++) {
+        double theta = pi * (y + 0.5) / map->height;
+        for (int x = 0; x < map->width; x++) {
+            double phi = 2 * pi * ((x + 0.5) / map->width - 0.5);
+            double cosine = sin(theta) * (n[0] * sin(phi) - n[2] * cos(phi)) + n[1] * cos(theta);
+            if (cosine <= 0)
+                continue;
+            double square = 0.5 * (1 + cosine), f = square * (a2 - 1) + 1; /* of n.h */
+            double weight = cosine * sin(theta) / (f * f);
+            size_t texel = 3 * ((size_t)y * (size_t)map->width + (size_t)x);
+            sum += weight * (double)map->pixels[texel];
+            weights += weight;
+        }
+    }
+    return sum / weights;
+}
+
+/* Between the middles of four texels of a level, where devices look as well. */
+static double level_at(const struct environment_map *level, int x, int y)
+{
+    return (double)level->pixels[3 * ((size_t)y * (size_t)level->width + (size_t)x)];
+}
+
+static void specular_levels_are_means_over_lobes(void **state)
+{
+    (void)state;
+    struct environment *studio = environment_create_studio(NULL);
+    struct environment_map map = environment_radiance_map(studio);
+    for (int i = 1; i < ENVIRONMENT_LEVELS; i++) {
+        struct environment_map level = environment_specular_map(studio, i);
+        double square = 0, worst = 0, mean = 0;
+        int step = level.width / 8, count = 0;
+        for (int y = step / 2; y < level.height; y += step)
+            for (int x = step / 2; x < level.width; x += step) {
+                double phi = 2 * pi * ((x + 0.5) / level.width - 0.5);
+                double theta = pi * (y + 0.5) / level.height;
+                const double n[3] = {sin(theta) * sin(phi), cos(theta), -sin(theta) * cos(phi)};
+                double expected = mean_over_lobe(&map, i / (ENVIRONMENT_LEVELS - 1.0), n);
+                double off = level_at(&level, x, y) - expected;
+                square += off * off;
+                worst = fmax(worst, fabs(off));
+                mean += expected;
+                count++;
+            }
+        print_message("level %d: off by %.3f of the mean, at most %.3f\n", i,
+                      sqrt(square / count) / (mean / count), worst / (mean / count));
+        assert_true(sqrt(square / count) <= 0.03 * mean / count);
+    }
+    environment_destroy(studio);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -247,6 +303,7 @@ int main(void)
         cmocka_unit_test(a_sun_is_drawn_by_its_light),
         cmocka_unit_test(irradiance_is_that_of_closed_forms),
         cmocka_unit_test(specular_levels_keep_a_constant_map),
+        cmocka_unit_test(specular_levels_are_means_over_lobes),
         cmocka_unit_test(rotation_turns_the_map_counter_clockwise),
         cmocka_unit_test(the_studio_is_neutral_and_of_mean_radiance_1),
     };
