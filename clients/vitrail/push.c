@@ -111,7 +111,7 @@ static const struct option OPTIONS[] = {
 const struct command COMMAND_PUSH = {
     .name = "push",
     .synopsis = "FILE... | --demo",
-    .summary = "Send scenes (glTF, OBJ, PLY, STL) or environment maps (HDR, EXR), print their ids",
+    .summary = "Send scenes (glTF, OBJ, STL, FBX and others) or environment maps, print their ids",
     .details = "Prints one id per line, in the order of the files. The files that a .gltf or .obj\n"
                "names go with it. A .glb or a map that the server has already is not sent again.\n"
                "The demo scene, a chapel with stained-glass windows, goes before the files, and\n"

@@ -65,7 +65,7 @@ class UploadTest(CliTest):
                 posts = self.stub.sent("POST", "/v1/scenes")[sent:]
                 self.assertEqual([post.path.partition("&")[2] for post in posts], ["scene=Night"])
                 _, err = self.run_cli(*verbs, "ab" * 32, *rest, "--scene", "Night", code=2)
-                self.assertIn("--scene chooses one scene of a FILE", err)
+                self.assertIn("--scene says how a FILE is read", err)
         _, err = self.run_cli("view", "show", "--scene", "Night", code=2)
         self.assertIn("--scene is for 'view create FILE'", err)
 

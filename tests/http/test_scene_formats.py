@@ -3,12 +3,14 @@
 that their name, media type or query tells; and what is refused."""
 
 import hashlib
+import io
 import json
 import os
 import struct
 import subprocess
 import sys
 import tempfile
+import zipfile
 
 import image_files
 import support
@@ -106,11 +108,42 @@ class SceneFormats(support.ServiceTest):
             self.assertIn(words, reply.json()["detail"])
         self.assertEqual(stored, self.daemon.request("GET", "/v1/scenes").json()["scenes"])
 
+    def test_a_3mf_package_tells_its_unit(self):
+        model = """<?xml version="1.0"?><model unit="inch" xml:lang="en-US"
+            xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>
+            <basematerials id="2"><base name="Pane" displaycolor="#FF800033"/></basematerials>
+            <object id="1" type="model" pid="2" pindex="0"><mesh><vertices>
+            <vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/><vertex x="0" y="0" z="2"/>
+            </vertices><triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh></object>
+            </resources><build><item objectid="1"/></build></model>"""
+        relations = """<?xml version="1.0"?><Relationships
+            xmlns="http://schemas.openxmlformats.org/package/2006/relationships"><Relationship
+            Target="/3D/3dmodel.model" Id="rel0"
+            Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"""
+        for method in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            package = io.BytesIO()
+            with zipfile.ZipFile(package, "w", method) as archive:
+                archive.writestr("_rels/.rels", relations)
+                archive.writestr("3D/3dmodel.model", model)
+            summary = self.post(package.getvalue(), "model/3mf").json()
+            self.expect_bounds(summary, (0, 0, 0), (0.0254, 2 * 0.0254, 0))
+            self.assertEqual(("in", "file", "z", "file"),
+                             tuple(summary["source"][key] for key in ("unit", "unit_by", "up",
+                                                                      "up_by")))
+            outline = self.daemon.request("GET", f"/v1/scenes/{summary['id']}/outline").json()
+            pane = outline["materials"][0]
+            self.assertEqual("blend", pane["alpha_mode"])
+            for wanted, told in zip((1, 0.2158605, 0, 0.2), pane["base_color"]):
+                self.assertAlmostEqual(wanted, told, delta=1e-6)
+        broken = self.post(package.getvalue()[:-40], "model/3mf")
+        self.assertEqual(422, broken.status)
+        self.assertIn("3MF: ", broken.json()["detail"])
+
     def test_a_converter_that_fails_is_named(self):
-        with support.Daemon("--decode-timeout-s", "1") as daemon:
+        with support.Daemon("--decode-timeout-s", "4") as daemon:
             daemon.wait_ready()
             for fault, words in (("crash", "the decoder ended with"),
-                                 ("hang", "decoding took longer than 1 s")):
+                                 ("hang", "decoding took longer than 4 s")):
                 body = OBJ + f"# fake:decoder-{fault}\n".encode()
                 reply = daemon.post_scene(body, "model/obj")
                 self.assertEqual((422, "invalid_scene"), (reply.status, reply.code))

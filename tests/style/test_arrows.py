@@ -143,6 +143,7 @@ HOMES = [
     ("tiny_gltf.h", ["renderer/*_shim.cpp"]),
     ("stb_dxt.h", ["renderer/textures/texture_blocks.c"]),
     ("assimp/*", ["renderer/import/assimp/*_shim.cpp"]),
+    ("zlib.h", ["renderer/import/assimp/units_shim.cpp"]),
     ("OpenImageIO/*", ["renderer/*_shim.cpp"]),
     # tests encode what the renderer decodes
     ("draco/*", ["renderer/*_shim.cpp", "tests/support/*_shim.cpp"]),

@@ -151,8 +151,12 @@ const char *const TOLD_ELSEWHERE[] = {
     "Unable to locate material file",
     "Unable to locate fallback material file",
     "creating new material",
+    "No object detected to attach", // OBJ: materials that are named before the first object
     "Validation",
     "found degenerated primitive",
+    "Ignored file of un",                     // 3MF: the parts that every package has
+    "newer format version",                   // FBX: what all programs write now
+    "failed to resolve vertex layer element", // FBX: there are none
 };
 
 class log_reader : public Assimp::Logger
@@ -280,19 +284,18 @@ void drop_facet_normals(const aiScene &scene)
     }
 }
 
-struct scene_origin find_origin(const struct converter_input &input)
+told_units find_units(const struct converter_input &input, const aiScene &scene)
 {
-    struct scene_origin origin = {input.format, 1, 'y', SCENE_WORD_DEFAULT, SCENE_WORD_DEFAULT};
-    read_source_units(input, &origin);
+    told_units told = read_units(input, scene);
     if (input.unit_m > 0) {
-        origin.unit_m = input.unit_m;
-        origin.unit_by = SCENE_WORD_REQUEST;
+        told.origin.unit_m = input.unit_m;
+        told.origin.unit_by = SCENE_WORD_REQUEST;
     }
     if (input.up) {
-        origin.up = input.up;
-        origin.up_by = SCENE_WORD_REQUEST;
+        told.origin.up = input.up;
+        told.origin.up_by = SCENE_WORD_REQUEST;
     }
-    return origin;
+    return told;
 }
 
 void warn_of_origin(conversion_state &state, const struct scene_origin &origin)
@@ -342,19 +345,29 @@ char *copy(const void *bytes, size_t size_bytes)
     return out;
 }
 
+// Assimp tries a library with the name of the OBJ where the one that it names is not there.
+void warn_of_missing(conversion_state &state)
+{
+    std::string own = upload_files::name_of(*state.input);
+    own = own.substr(0, own.rfind('.')) + ".mtl";
+    for (const std::string &name : state.missing)
+        if (name != own || state.missing.size() == 1)
+            state.warn(text("'%.200s' is not among the uploaded files", name.c_str()));
+}
+
 void convert_all(const struct converter_input *input, struct converter_output *output)
 {
     std::lock_guard<std::mutex> lock(conversion_mutex);
     conversion_state state{input, {}, {}, ""};
     log_scope scope(state);
     check_source(*input);
-    output->origin = find_origin(*input);
-    warn_of_origin(state, output->origin);
     Assimp::Importer importer;
     read_scene(importer, state, new upload_files(state));
-    for (const std::string &name : state.missing)
-        state.warn(text("'%.200s' is not among the uploaded files", name.c_str()));
-    gltf_text gltf = write_gltf(state, *importer.GetScene(), output->origin);
+    warn_of_missing(state);
+    told_units units = find_units(*input, *importer.GetScene());
+    output->origin = units.origin;
+    warn_of_origin(state, units.origin);
+    gltf_text gltf = write_gltf(state, *importer.GetScene(), units);
     importer.FreeScene();
     std::string lines;
     for (const std::string &line : state.warnings)

@@ -13,6 +13,8 @@
 
 #include "renderer/import/converter.h"
 
+struct aiCamera;
+struct aiLight;
 struct aiMaterial;
 struct aiScene;
 
@@ -46,8 +48,15 @@ struct conversion_state {
 void check_source(const struct converter_input &input);
 void check_ply(std::string_view bytes);
 void check_mtl(const struct scene_file &file); // a library of materials
-// Where the file itself tells its unit or axis.
-void read_source_units(const struct converter_input &input, struct scene_origin *origin);
+// The unit of a 3MF package, which assimp does not tell; 0: it tells none, or is broken.
+double read_3mf_unit(std::string_view bytes);
+// The unit and the axis that the file tells, and what assimp has made of them already.
+struct told_units {
+    struct scene_origin origin;
+    double applied_unit_m;
+    char applied_up;
+};
+told_units read_units(const struct converter_input &input, const aiScene &scene);
 
 // The images and textures that materials name.
 struct texture_table {
@@ -69,13 +78,20 @@ std::string write_material(conversion_state &state, const aiScene &scene,
                            const aiMaterial &material, const surface_use &use,
                            texture_table &textures);
 
+// A light or camera of glTF, and where it is below its node, as members without braces. "": left
+// out, with a warning.
+std::string write_light(conversion_state &state, const aiLight &light, double unit_m,
+                        std::string *placing);
+std::string write_camera(conversion_state &state, const aiCamera &camera, double unit_m,
+                         std::string *placing);
+
 struct gltf_text {
     std::string json;
     std::vector<unsigned char> buffer;
 };
-// The whole scene under a node that turns the origin's unit and axis into metres and +Y.
-gltf_text write_gltf(conversion_state &state, const aiScene &scene,
-                     const struct scene_origin &origin);
+// The whole scene under a node that turns the unit and axis into metres and +Y, less what is
+// applied.
+gltf_text write_gltf(conversion_state &state, const aiScene &scene, const told_units &units);
 
 } // namespace vitrail
 

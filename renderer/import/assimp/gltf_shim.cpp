@@ -22,7 +22,6 @@ enum { FLOATS = 5126, INDICES = 5125 }; // component types of glTF
 enum { MODE_POINTS = 0, MODE_LINES = 1, MODE_TRIANGLES = 4 };
 constexpr size_t ALIGNMENT = 4;
 constexpr float OPAQUE = 0.9999f;
-constexpr double PI = 3.14159265358979323846;
 
 // A list of JSON values.
 class json_list
@@ -49,8 +48,8 @@ class json_list
 class gltf_writer
 {
   public:
-    gltf_writer(conversion_state &conversion, const aiScene &from, const struct scene_origin &by)
-        : state(conversion), scene(from), origin(by)
+    gltf_writer(conversion_state &conversion, const aiScene &from, const told_units &by)
+        : state(conversion), scene(from), units(by)
     {
     }
     gltf_text write();
@@ -70,12 +69,14 @@ class gltf_writer
     size_t add_nodes();
     std::string root_matrix() const;
     void warn_of_left_out();
+    void add_placed();
 
     conversion_state &state;
     const aiScene &scene;
-    const struct scene_origin &origin;
+    const told_units &units;
     gltf_text out;
-    json_list views, accessors, meshes, nodes, materials;
+    json_list views, accessors, meshes, nodes, materials, lights, cameras;
+    std::map<std::string, std::string> placed; // by name of node: indices of lights and cameras
     texture_table textures;
     std::map<unsigned, std::string> primitives;   // by mesh of assimp
     std::map<std::vector<unsigned>, int> mesh_of; // by the meshes of a node
@@ -119,7 +120,7 @@ int gltf_writer::add_vectors(const aiVector3D *from, size_t count, int component
 
 int gltf_writer::add_positions(const aiMesh &mesh)
 {
-    float low[3], high[3];
+    float low[3] = {0, 0, 0}, high[3] = {0, 0, 0};
     std::vector<float> values;
     values.reserve(3 * size_t(mesh.mNumVertices));
     for (unsigned v = 0; v < mesh.mNumVertices; v++)
@@ -320,8 +321,14 @@ size_t gltf_writer::add_node(const aiNode &node, const std::string &children)
     int mesh = add_mesh(node);
     if (mesh >= 0)
         object += text(",\"mesh\":%d", mesh);
-    if (!children.empty())
-        object += ",\"children\":[" + children + "]";
+    std::string below = children;
+    auto own = placed.find(node.mName.C_Str());
+    if (own != placed.end() && !own->second.empty()) {
+        below += (below.empty() ? "" : ",") + own->second;
+        own->second.clear(); // a second node of that name has none
+    }
+    if (!below.empty())
+        object += ",\"children\":[" + below + "]";
     return nodes.add(object + "}");
 }
 
@@ -349,20 +356,51 @@ size_t gltf_writer::add_nodes()
     }
 }
 
+// What turns that axis of the file into +Y; turns, so that no body is mirrored.
+aiMatrix4x4 upright(char axis)
+{
+    if (axis == 'z')
+        return aiMatrix4x4(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1);
+    if (axis == 'x')
+        return aiMatrix4x4(0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1);
+    return aiMatrix4x4();
+}
+
 // From the units and axes of the file to metres and +Y up; "" where they are that.
 std::string gltf_writer::root_matrix() const
 {
-    const float s = float(origin.unit_m);
-    if (origin.unit_m == 1 && origin.up == 'y')
-        return "";
-    // columns: where x, y and z of the file go; turns, so that no body is mirrored
-    const float y_up[16] = {s, 0, 0, 0, 0, s, 0, 0, 0, 0, s, 0, 0, 0, 0, 1};
-    const float z_up[16] = {s, 0, 0, 0, 0, 0, -s, 0, 0, s, 0, 0, 0, 0, 0, 1};
-    const float x_up[16] = {0, s, 0, 0, -s, 0, 0, 0, 0, 0, s, 0, 0, 0, 0, 1};
-    return ",\"matrix\":" + json_numbers(origin.up == 'z'   ? z_up
-                                         : origin.up == 'x' ? x_up
-                                                            : y_up,
-                                         16);
+    aiMatrix4x4 applied = upright(units.applied_up), scale;
+    float factor = float(units.origin.unit_m / units.applied_unit_m);
+    aiMatrix4x4 matrix = aiMatrix4x4::Scaling(aiVector3D(factor), scale) *
+                         upright(units.origin.up) * applied.Transpose();
+    return matrix.IsIdentity() ? "" : matrix_text(matrix);
+}
+
+// Each as a node of its own, listed by the name of the one that it belongs to.
+void gltf_writer::add_placed()
+{
+    for (unsigned i = 0; i < scene.mNumLights + scene.mNumCameras; i++) {
+        bool is_light = i < scene.mNumLights;
+        unsigned index = is_light ? i : i - scene.mNumLights;
+        const aiString &name =
+            is_light ? scene.mLights[index]->mName : scene.mCameras[index]->mName;
+        std::string placing, object;
+        if (is_light)
+            object = write_light(state, *scene.mLights[index], units.origin.unit_m, &placing);
+        else
+            object = write_camera(state, *scene.mCameras[index], units.origin.unit_m, &placing);
+        if (object.empty())
+            continue;
+        size_t added = (is_light ? lights : cameras).add(object);
+        std::string node =
+            is_light ? text(",\"extensions\":{\"KHR_lights_punctual\":{\"light\":%zu}}", added)
+                     : text(",\"camera\":%zu", added);
+        std::string whole = "{\"name\":" + json_string(name.C_Str());
+        whole += "," + placing;
+        whole += node + "}";
+        std::string &own = placed[name.C_Str()];
+        own += (own.empty() ? "" : ",") + std::to_string(nodes.add(whole));
+    }
 }
 
 void gltf_writer::warn_of_left_out()
@@ -384,6 +422,7 @@ gltf_text gltf_writer::write()
 {
     if (!scene.mRootNode)
         refuse("it has no nodes");
+    add_placed();
     size_t root = add_nodes();
     std::string matrix = root_matrix();
     if (!matrix.empty())
@@ -406,15 +445,18 @@ gltf_text gltf_writer::write()
     warn_of_left_out();
     static const char used[] =
         ",\"extensionsUsed\":[\"KHR_materials_transmission\",\"KHR_materials_ior\","
-        "\"KHR_materials_emissive_strength\"]";
+        "\"KHR_materials_emissive_strength\",\"KHR_lights_punctual\"]";
     std::string buffers =
         out.buffer.empty() ? "" : text(",\"buffers\":[{\"byteLength\":%zu}]", out.buffer.size());
+    std::string light_list = lights.member("lights");
+    if (!light_list.empty())
+        light_list = ",\"extensions\":{\"KHR_lights_punctual\":{" + light_list.substr(1) + "}}";
     out.json = "{\"asset\":{\"version\":\"2.0\"}" + std::string(used) +
                text(",\"scene\":0,\"scenes\":[{\"nodes\":[%zu]}]", root) + buffers +
                views.member("bufferViews") + accessors.member("accessors") +
                materials.member("materials") + images.member("images") +
-               texture_list.member("textures") + meshes.member("meshes") + nodes.member("nodes") +
-               "}";
+               texture_list.member("textures") + meshes.member("meshes") +
+               cameras.member("cameras") + nodes.member("nodes") + light_list + "}";
     return std::move(out);
 }
 
@@ -454,10 +496,9 @@ std::string json_string(const std::string &utf8)
     return out + "\"";
 }
 
-gltf_text write_gltf(conversion_state &state, const aiScene &scene,
-                     const struct scene_origin &origin)
+gltf_text write_gltf(conversion_state &state, const aiScene &scene, const told_units &units)
 {
-    return gltf_writer(state, scene, origin).write();
+    return gltf_writer(state, scene, units).write();
 }
 
 } // namespace vitrail

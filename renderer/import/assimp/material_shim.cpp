@@ -32,6 +32,7 @@ struct phong {
     float ior;                 // Ni
     int illum;                 // of OBJ; -1: not given
     float roughness, metallic; // below 0: not given
+    bool is_filter;            // filter is all that passes
 };
 
 void read_color(const aiMaterial &material, const char *key, unsigned type, unsigned index,
@@ -58,9 +59,53 @@ void check_factors(conversion_state &state, const char *what, const std::string 
     }
 }
 
+// IEC 61966-2-1.
+float linear_of(float srgb)
+{
+    return srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f);
+}
+
+// Colours of 3MF are those of pictures and have the coverage with them (Core Specification 1.3,
+// section 5.1). COLLADA and FBX multiply what passes by a colour, and assimp has made one number of
+// that; where the colour says more, it is taken back.
+void settle_by_format(conversion_state &state, const aiMaterial &material, phong &out)
+{
+    if (state.input->format == SCENE_FORMAT_3MF) {
+        aiColor4D color(1, 1, 1, 1);
+        material.Get(AI_MATKEY_COLOR_DIFFUSE, color);
+        for (float &channel : out.kd)
+            channel = linear_of(channel);
+        out.dissolve = color.a;
+    }
+    if (state.input->format != SCENE_FORMAT_COLLADA && state.input->format != SCENE_FORMAT_FBX)
+        return;
+    float most = std::max({out.filter[0], out.filter[1], out.filter[2]});
+    bool is_grey = most - std::min({out.filter[0], out.filter[1], out.filter[2]}) < 0.004f;
+    std::string_view bytes(static_cast<const char *>(state.input->root->bytes),
+                           state.input->root->size_bytes);
+    bool is_shut =
+        state.input->format == SCENE_FORMAT_COLLADA && bytes.find("RGB_ONE") != bytes.npos;
+    if (out.dissolve < OPAQUE && !is_grey && is_shut)
+        state.warn(text("material '%.80s': its transparent colour (RGB_ONE) is read as one number",
+                        out.name.c_str()));
+    if (is_grey || is_shut || out.dissolve >= OPAQUE) {
+        out.filter[0] = out.filter[1] = out.filter[2] = 1;
+        return;
+    }
+    float luminance =
+        0.212671f * out.filter[0] + 0.715160f * out.filter[1] + 0.072169f * out.filter[2];
+    float share = state.input->format == SCENE_FORMAT_COLLADA && luminance > 0
+                      ? std::min((1 - out.dissolve) / luminance, 1 / most)
+                      : 1;
+    for (float &channel : out.filter)
+        channel *= share;
+    out.dissolve = 1;
+    out.is_filter = true;
+}
+
 phong read_phong(conversion_state &state, const aiMaterial &material)
 {
-    phong out = {"", false, {1, 1, 1}, {0, 0, 0}, {0, 0, 0}, 0, 1, {1, 1, 1}, 1, -1, -1, -1};
+    phong out = {"", false, {1, 1, 1}, {0, 0, 0}, {0, 0, 0}, 0, 1, {1, 1, 1}, 1, -1, -1, -1, false};
     aiString name;
     material.Get(AI_MATKEY_NAME, name);
     out.name = name.C_Str();
@@ -77,6 +122,7 @@ phong read_phong(conversion_state &state, const aiMaterial &material)
     material.Get(AI_MATKEY_OBJ_ILLUM, out.illum);
     material.Get(AI_MATKEY_ROUGHNESS_FACTOR, out.roughness);
     material.Get(AI_MATKEY_METALLIC_FACTOR, out.metallic);
+    settle_by_format(state, material, out);
     check_factors(state, "Kd", out.name, out.kd, 3, 1);
     check_factors(state, "Ks", out.name, out.ks, 3, 1);
     check_factors(state, "Ke", out.name, out.ke, 3, 1e6f);
@@ -102,8 +148,8 @@ bool has_filter(const phong &from)
 // MTL format), or what dissolves and has a filter colour.
 bool is_glass(const phong &from)
 {
-    return from.illum == 4 || from.illum == 6 || from.illum == 7 || from.illum == 9 ||
-           (from.dissolve < OPAQUE && has_filter(from));
+    return from.is_filter || from.illum == 4 || from.illum == 6 || from.illum == 7 ||
+           from.illum == 9 || (from.dissolve < OPAQUE && has_filter(from));
 }
 
 // Blinn's exponent n has the width of Beckmann's and GGX's alpha = sqrt(2 / (n + 2)) (Walter et al.

@@ -81,9 +81,4 @@ void check_source(const struct converter_input &input)
         refuse("byte %zu is zero, so that it is no text", bytes.find('\0'));
 }
 
-void read_source_units(const struct converter_input &input, struct scene_origin *origin)
-{
-    (void)input, (void)origin; // OBJ, PLY and STL tell nothing
-}
-
 } // namespace vitrail
