@@ -183,6 +183,20 @@ static void put_iridescence(struct glb_builder *builder, json_t *extensions,
     put_extension(builder, extensions, "KHR_materials_iridescence", body);
 }
 
+static void put_anisotropy(struct glb_builder *builder, json_t *extensions,
+                           const struct glb_material_desc *desc)
+{
+    if (desc->anisotropy <= 0)
+        return;
+    json_t *body = glb_object(builder);
+    glb_put(builder, body, "anisotropyStrength",
+            glb_number(builder, desc->anisotropy, "anisotropy"));
+    glb_put(builder, body, "anisotropyRotation",
+            glb_number(builder, desc->anisotropy_rad, "anisotropy_rad"));
+    put_texture(builder, body, "anisotropyTexture", &desc->anisotropy_texture);
+    put_extension(builder, extensions, "KHR_materials_anisotropy", body);
+}
+
 static void put_emissive(struct glb_builder *builder, json_t *material, json_t *extensions,
                          const struct glb_material_desc *desc)
 {
@@ -282,6 +296,7 @@ int glb_builder_add_material(struct glb_builder *builder, const struct glb_mater
     put_glass(builder, extensions, desc);
     put_lobes(builder, extensions, desc);
     put_iridescence(builder, extensions, desc);
+    put_anisotropy(builder, extensions, desc);
     if (desc->is_unlit)
         put_extension(builder, extensions, "KHR_materials_unlit", glb_object(builder));
     if (json_object_size(extensions) > 0)

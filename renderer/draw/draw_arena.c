@@ -88,6 +88,8 @@ uint32_t material_flags(const struct state_material *material)
         flags |= MATERIAL_SHEEN;
     if (m->iridescence > 0)
         flags |= MATERIAL_FILM;
+    if (m->anisotropy > 0)
+        flags |= MATERIAL_GRAIN;
     return flags;
 }
 
@@ -116,6 +118,8 @@ static void fill_lobes(const struct scene_material *m, uint32_t count, struct ma
                               m->clearcoat_normal_scale}},
         .LOBES_SHEEN_COLOR = {{sheen[0], sheen[1], sheen[2], 0}},
         .LOBES_FILM = {{m->iridescence, m->film_ior, m->film_nm[0], m->film_nm[1]}},
+        .LOBES_GRAIN = {{m->anisotropy, (float)cos((double)m->anisotropy_rad),
+                         (float)sin((double)m->anisotropy_rad), 0}},
     };
     fill_textures(m, SLOTS_OF_BASE, r);
     if (count > 1) {

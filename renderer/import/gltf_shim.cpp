@@ -241,6 +241,14 @@ void convert_iridescence(holder &h, const tinygltf::Material &m, gltf_material &
         texture_ref_in(h, film, "iridescenceThicknessTexture");
 }
 
+void convert_anisotropy(holder &h, const tinygltf::Material &m, gltf_material &out)
+{
+    const tinygltf::Value *grain = extension(m.extensions, "KHR_materials_anisotropy");
+    out.anisotropy = number(grain, "anisotropyStrength", 0);
+    out.anisotropy_rad = number(grain, "anisotropyRotation", 0);
+    out.textures[GLTF_TEXTURE_ANISOTROPY] = texture_ref_in(h, grain, "anisotropyTexture");
+}
+
 void convert_material(holder &h, const tinygltf::Material &m)
 {
     const tinygltf::PbrMetallicRoughness &pbr = m.pbrMetallicRoughness;
@@ -264,6 +272,7 @@ void convert_material(holder &h, const tinygltf::Material &m)
     out.transmission =
         number(extension(m.extensions, "KHR_materials_transmission"), "transmissionFactor", 0);
     out.ior = number(extension(m.extensions, "KHR_materials_ior"), "ior", 1.5);
+    out.dispersion = number(extension(m.extensions, "KHR_materials_dispersion"), "dispersion", 0);
     out.thickness = number(volume, "thicknessFactor", 0);
     out.has_attenuation_distance = member(volume, "attenuationDistance") != nullptr;
     out.attenuation_distance = number(volume, "attenuationDistance", 0);
@@ -275,6 +284,7 @@ void convert_material(holder &h, const tinygltf::Material &m)
     out.edge_exponent = number(pass, "edge_exponent", 1);
     convert_lobes(h, m, out);
     convert_iridescence(h, m, out);
+    convert_anisotropy(h, m, out);
     convert_textures(h, m, out);
     h.materials.push_back(out);
 }

@@ -156,6 +156,7 @@ enum gltf_texture_slot { /* same order as enum scene_texture_slot */
                          GLTF_TEXTURE_SHEEN_ROUGHNESS,
                          GLTF_TEXTURE_IRIDESCENCE,
                          GLTF_TEXTURE_IRIDESCENCE_THICKNESS,
+                         GLTF_TEXTURE_ANISOTROPY,
                          GLTF_TEXTURE_SLOT_COUNT
 };
 
@@ -166,13 +167,14 @@ struct gltf_material {
     bool is_double_sided, is_unlit;
     struct gltf_numbers base_color, emissive;
     double metallic, roughness, normal_scale, occlusion_strength;
-    double emissive_strength, transmission, ior, thickness;
+    double emissive_strength, transmission, ior, thickness, dispersion;
     bool has_attenuation_distance; /* false = infinite */
     double attenuation_distance;
     struct gltf_numbers attenuation_color;
     bool has_specular, has_clearcoat, has_sheen; /* KHR_materials_... */
     double specular, clearcoat, clearcoat_roughness, clearcoat_normal_scale, sheen_roughness;
     struct gltf_numbers specular_color, sheen_color;
+    double anisotropy, anisotropy_rad;
     double iridescence, iridescence_ior, iridescence_least_nm, iridescence_most_nm;
     const char *pass_through; /* extras vitrail.pass_through.model, or "" */
     struct gltf_numbers edge_color;

@@ -162,6 +162,14 @@ static bool list_warnings(struct importer *importer, struct error *err)
                       err) &&
            warn_count(importer, importer->skinned_instances, "node", "nodes",
                       "with a skin and instances; one of each is shown", err) &&
+           warn_count(importer, importer->dispersing_materials, "material", "materials",
+                      "with dispersion: light goes straight through glass here, so that it is not "
+                      "dispersed",
+                      err) &&
+           warn_count(importer, importer->undirected_primitives, "primitive", "primitives",
+                      "with an anisotropic material but neither tangents nor the texture "
+                      "coordinates that it asks for: reflected alike in all directions",
+                      err) &&
            warn_count(importer, importer->degenerate_triangles, "triangle", "triangles",
                       "of zero area left out", err) &&
            warn_count(importer, importer->repaired_normals, "normal", "normals",

@@ -465,6 +465,13 @@ static bool lacks_texcoords(const struct gltf_primitive *from, const struct scen
     return false;
 }
 
+static bool lacks_direction(const struct gltf_primitive *from, const struct scene_material *m)
+{
+    const struct scene_texture_ref *ref = &m->textures[SCENE_TEXTURE_ANISOTROPY];
+    return m->anisotropy > 0 && from->attributes[GLTF_TANGENT] == -1 &&
+           from->attributes[ref->texcoord ? GLTF_TEXCOORD_1 : GLTF_TEXCOORD_0] == -1;
+}
+
 static bool choose_material(struct importer *importer, struct shape *shape, struct error *err)
 {
     const struct blob_section *materials = &importer->writer.sections[SCENE_MATERIALS];
@@ -480,6 +487,7 @@ static bool choose_material(struct importer *importer, struct shape *shape, stru
                      lacks_texcoords(shape->from, &records[material]);
     }
     importer->missing_texcoords += is_missing;
+    importer->undirected_primitives += lacks_direction(shape->from, &records[shape->out.material]);
     return true;
 }
 

@@ -137,10 +137,13 @@ static bool import_emissive(const struct gltf_material *from, struct scene_mater
     return true;
 }
 
+/* dispersion is checked, and told (import.c): without refraction it changes nothing. */
 static bool import_glass(const struct gltf_material *from, struct scene_material *to,
                          struct error *err)
 {
-    if (!import_number(from->transmission, 0, 1, &to->transmission, "transmissionFactor", err) ||
+    float dispersion;
+    if (!import_number(from->dispersion, 0, FACTOR_MAX, &dispersion, "dispersion", err) ||
+        !import_number(from->transmission, 0, 1, &to->transmission, "transmissionFactor", err) ||
         !import_number(from->thickness, 0, FACTOR_MAX, &to->thickness, "thicknessFactor", err) ||
         !import_numbers(from->attenuation_color, 3, 0, 1, to->attenuation_color, "attenuationColor",
                         err))
@@ -200,6 +203,14 @@ static bool import_iridescence(const struct gltf_material *from, struct scene_ma
                          "iridescenceThicknessMaximum", err);
 }
 
+static bool import_anisotropy(const struct gltf_material *from, struct scene_material *to,
+                              struct error *err)
+{
+    return import_number(from->anisotropy, 0, 1, &to->anisotropy, "anisotropyStrength", err) &&
+           import_number(from->anisotropy_rad, -FACTOR_MAX, FACTOR_MAX, &to->anisotropy_rad,
+                         "anisotropyRotation", err);
+}
+
 static bool import_material(struct importer *importer, const struct gltf_material *from,
                             struct scene_material *to, struct error *err)
 {
@@ -212,7 +223,8 @@ static bool import_material(struct importer *importer, const struct gltf_materia
             return false;
     return import_core(from, to, err) && import_emissive(from, to, err) &&
            import_glass(from, to, err) && import_lobes(from, to, err) &&
-           import_iridescence(from, to, err) && import_pass_through(from, to, err);
+           import_iridescence(from, to, err) && import_anisotropy(from, to, err) &&
+           import_pass_through(from, to, err);
 }
 
 static bool append_material(struct importer *importer, const struct scene_material *material,
@@ -246,6 +258,8 @@ bool import_materials(struct importer *importer, struct error *err)
         if (!append_material(importer, &material, name, err))
             return false;
     }
+    for (size_t i = 0; i < document->material_count; i++)
+        importer->dispersing_materials += document->materials[i].dispersion > 0;
     material = default_material;
     reset_refs(&material);
     return append_material(importer, &material, "", err);

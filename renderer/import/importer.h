@@ -35,6 +35,7 @@ struct importer {
     uint64_t unbound_vertices, unjointed_primitives, left_out_influences;
     uint64_t missing_texcoords, far_texcoords, open_volumes;
     uint64_t skinned_instances;
+    uint64_t dispersing_materials, undirected_primitives;
     uint64_t unmoved_channels; /* of animations, that move neither a node nor a morph target */
 };
 

@@ -9,6 +9,26 @@
 static const double pi = 3.14159265358979323846;
 static const double min_alpha = 1e-3;
 
+static void init_grain(struct rt_grain *grain, const struct rt_surface *s, const double view[3],
+                       double alpha, double n_dot_v)
+{
+    grain->is_there = false;
+    if (!(s->grain > 0))
+        return;
+    double up = vec3_dot(s->along, s->normal);
+    for (int k = 0; k < 3; k++)
+        grain->along[k] = s->along[k] - up * s->normal[k];
+    if (!(vec3_dot(grain->along, grain->along) > 1e-12) || !vec3_normalize(grain->along))
+        return;
+    vec3_cross(s->normal, grain->along, grain->across);
+    grain->is_there = true;
+    grain->alpha_along = alpha + (1 - alpha) * s->grain * s->grain;
+    grain->alpha_across = alpha;
+    double t = grain->alpha_along * vec3_dot(grain->along, view);
+    double b = grain->alpha_across * vec3_dot(grain->across, view);
+    grain->seen = sqrt(t * t + b * b + n_dot_v * n_dot_v);
+}
+
 static void init_film(struct rt_filmed *film, const struct rt_surface *s, const double f0[3],
                       double interface)
 {
@@ -68,6 +88,9 @@ void rt_reflector_init(struct rt_reflector *r, const struct rt_surface *s, const
         r->through[k] = through * (1 - lost);
         r->through_edge[k] = through * lost_edge;
     }
+    init_grain(&r->grain, s, view, alpha, n_dot_v);
+    if (r->grain.is_there)
+        r->alpha_square = r->grain.alpha_along * r->grain.alpha_across;
     r->film.weight = s->film;
     if (s->film > 0)
         init_film(&r->film, s, f0, weight);
@@ -88,6 +111,20 @@ static double ggx_of(double a2, double n_dot_v, double seen, double n_dot_h, dou
     return 0.5 * a2 / (pi * f * f * rt_max(visibility, 1e-10));
 }
 
+/* D and V of an anisotropic lobe. Heitz 2014, "Understanding the Masking-Shadowing Function in
+ * Microfacet-Based BRDFs", eq. 80, 86 and 99. h: unit. */
+static double grain_of(const struct rt_reflector *r, const double h[3], const double l[3],
+                       double n_dot_h, double n_dot_l)
+{
+    const struct rt_grain *g = &r->grain;
+    double a = g->alpha_along, b = g->alpha_across;
+    double x = vec3_dot(g->along, h) / a, y = vec3_dot(g->across, h) / b;
+    double f = x * x + y * y + n_dot_h * n_dot_h;
+    double t = a * vec3_dot(g->along, l), c = b * vec3_dot(g->across, l);
+    double visibility = n_dot_l * g->seen + r->n_dot_v * sqrt(t * t + c * c + n_dot_l * n_dot_l);
+    return 0.5 / (pi * a * b * f * f * rt_max(visibility, 1e-10));
+}
+
 /* Cosines at the half vector of light and view, and Schlick's power there. */
 struct half {
     double n_dot_h, v_dot_h, w;
@@ -102,6 +139,10 @@ static double ggx(const struct rt_reflector *r, const double l[3], double n_dot_
     double n_dot_h = rt_min(rt_max(vec3_dot(r->normal, h) * inverse, 0), 1);
     double c = rt_min(rt_max(1 - vec3_dot(r->view, h) * inverse, 0), 1), c2 = c * c;
     *half = (struct half){.n_dot_h = n_dot_h, .v_dot_h = 1 - c, .w = c2 * c2 * c};
+    for (int k = 0; k < 3; k++)
+        h[k] *= inverse;
+    if (r->grain.is_there)
+        return grain_of(r, h, l, n_dot_h, n_dot_l);
     return ggx_of(r->alpha_square, r->n_dot_v, r->seen, n_dot_h, n_dot_l);
 }
 
@@ -197,14 +238,15 @@ void rt_reflect_hemisphere(const struct scene_state *state, const struct rt_refl
                            const struct rt_surface *s, double out[3])
 {
     double n_dot_v = rt_min(rt_max(vec3_dot(s->normal, r->view), 0), 1);
-    double up = 0.5 + 0.5 * s->normal[1],
-           mirror_up = mirrored_share(r->normal, r->view, s->roughness);
+    /* a lobe with a grain is taken as round as it is rough in the mean */
+    double roughness = r->grain.is_there ? sqrt(sqrt(r->alpha_square)) : s->roughness;
+    double up = 0.5 + 0.5 * s->normal[1], mirror_up = mirrored_share(r->normal, r->view, roughness);
     double coat_up =
         mirrored_share(r->lobes.coat_normal, r->view, sqrt(sqrt(r->lobes.coat_alpha_square)));
     double split[2], f0s[3], weight = 1, largest = rt_surface_specular(s, f0s, &weight);
     double metal[3] = {s->base[0], s->base[1], s->base[2]};
     double most = s->f0 + rt_surface_edge(s); /* at grazing angles */
-    environment_split(s->roughness, n_dot_v, split);
+    environment_split(roughness, n_dot_v, split);
     if (s->film > 0)
         largest = film_f0s(s, n_dot_v, f0s, metal);
     for (int k = 0; k < 3; k++) {

@@ -16,18 +16,27 @@ struct rt_filmed {
     double diffuse[3], through[3]; /* with what the interface reflects */
 };
 
+/* An anisotropic lobe (KHR_materials_anisotropy). */
+struct rt_grain {
+    bool is_there;
+    double along[3], across[3];       /* unit, across the normal */
+    double alpha_along, alpha_across; /* roughnesses, squared */
+    double seen;                      /* the visibility function's root for view */
+};
+
 /* What all lights share at a surface seen from one side. The terms of f are linear in the specular
  * lobe and in w, the power of Schlick's approximation:
  * diffuse - w * diffuse_edge + lobe * (specular + w * specular_edge). */
 struct rt_reflector {
     double normal[3], view[3];          /* unit */
     double n_dot_v;                     /* at least 1e-4 */
-    double alpha_square;                /* of the roughness' square */
+    double alpha_square;                /* of the roughness' square; anisotropic: of their mean */
     double seen;                        /* the visibility function's root for view */
     double diffuse[3], diffuse_edge[3]; /* 1/sr */
     double specular[3], specular_edge[3];
     double through[3], through_edge[3]; /* of the mirrored lobe: through - w * through_edge */
     bool transmits;                     /* light that arrives from behind, too */
+    struct rt_grain grain;              /* of the lobe, where it has one */
     struct rt_filmed film;              /* instead of these, where there is one */
     struct rt_lobes lobes;              /* over all of these */
 };

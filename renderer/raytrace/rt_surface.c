@@ -231,11 +231,10 @@ static bool tangent_frame(const struct place *place, int slot, const double n[3]
     return true;
 }
 
-static void evaluate_mapped_normal(const struct place *place, int slot, double scale,
-                                   double normal[3])
+/* Of the vertices, on the viewer's side. */
+static void evaluate_vertex_normal(const struct place *place, double normal[3])
 {
     double local[3];
-    const struct scene_material *m = place->mesh->material;
     interpolate(place, place->mesh->normals, place->mesh->first_vertex, 3, local);
     for (int i = 0; i < 3; i++)
         normal[i] = vec3_dot(place->mesh->normal_matrix[i], local);
@@ -243,7 +242,14 @@ static void evaluate_mapped_normal(const struct place *place, int slot, double s
         rt_scene_normal(place->scene, place->hit, normal);
     for (int k = 0; k < 3 && !place->hit->is_front; k++)
         normal[k] = -normal[k];
+}
+
+static void evaluate_mapped_normal(const struct place *place, int slot, double scale,
+                                   double normal[3])
+{
+    const struct scene_material *m = place->mesh->material;
     double t[3], b[3], texel[4];
+    evaluate_vertex_normal(place, normal);
     if ((m->flags & SCENE_MATERIAL_UNLIT) || !slot_is_sampled(place, slot) ||
         !tangent_frame(place, slot, normal, t, b))
         return;
@@ -255,6 +261,28 @@ static void evaluate_mapped_normal(const struct place *place, int slot, double s
         mapped[k] = t[k] * x + b[k] * y + normal[k] * z;
     if (vec3_normalize(mapped))
         memcpy(normal, mapped, sizeof mapped);
+}
+
+/* The direction along which an anisotropic surface is rough, and by how much. Like a coat's, its
+ * frame is that of the vertices' normal. */
+static void evaluate_grain(const struct place *place, struct rt_surface *s)
+{
+    const struct scene_material *m = place->mesh->material;
+    double n[3], t[3], b[3], texel[4], x = 1, y = 0, strength = 1;
+    double c = cos((double)m->anisotropy_rad), sine = sin((double)m->anisotropy_rad);
+    evaluate_vertex_normal(place, n);
+    if (!tangent_frame(place, SCENE_TEXTURE_ANISOTROPY, n, t, b))
+        return;
+    if (slot_is_sampled(place, SCENE_TEXTURE_ANISOTROPY)) {
+        sample_slot(place, SCENE_TEXTURE_ANISOTROPY, texel);
+        x = texel[0] * 2 - 1;
+        y = texel[1] * 2 - 1;
+        strength = texel[2];
+    }
+    for (int k = 0; k < 3; k++)
+        s->along[k] = t[k] * (x * c - y * sine) + b[k] * (x * sine + y * c);
+    if (vec3_dot(s->along, s->along) > 1e-6)
+        s->grain = (double)m->anisotropy * strength;
 }
 
 static void evaluate_lobes(const struct place *place, struct rt_surface *s)
@@ -283,7 +311,9 @@ static void evaluate_lobes(const struct place *place, struct rt_surface *s)
         sample_slot(place, SCENE_TEXTURE_SHEEN_ROUGHNESS, texel);
         s->sheen_roughness = (double)m->sheen_roughness * texel[3];
     }
-    s->film = 0;
+    s->film = s->grain = 0;
+    if (m->anisotropy > 0)
+        evaluate_grain(place, s);
     if (m->iridescence > 0) {
         double least = (double)m->film_nm[0], most = (double)m->film_nm[1];
         sample_slot(place, SCENE_TEXTURE_IRIDESCENCE, texel);

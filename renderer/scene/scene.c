@@ -289,6 +289,8 @@ static bool is_material(const struct scene *scene, const struct scene_material *
     if (!in_range(m->specular, 0, 1) || !in_range(m->clearcoat, 0, 1) ||
         !in_range(m->clearcoat_roughness, 0, 1) || !in_range(m->sheen_roughness, 0, 1))
         return false;
+    if (!in_range(m->anisotropy, 0, 1) || !blob_are_finite(&m->anisotropy_rad, 1))
+        return false;
     if (!in_range(m->iridescence, 0, 1) ||
         !in_range(m->film_ior, m->iridescence > 0 ? 1 : 0, 1000) ||
         !in_range(m->film_nm[0], 0, 1e7f) || !in_range(m->film_nm[1], 0, 1e7f))

@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 #define SCENE_BLOB_MAGIC "VITRAIL" /* 8 bytes with the NUL */
-enum { SCENE_BLOB_VERSION = 10 };  /* any change of a record or of its meaning raises it */
+enum { SCENE_BLOB_VERSION = 11 };  /* any change of a record or of its meaning raises it */
 
 enum scene_section {
     SCENE_STRINGS,    /* char */
@@ -232,6 +232,7 @@ enum scene_texture_slot {
     SCENE_TEXTURE_SHEEN_ROUGHNESS,       /* linear; A */
     SCENE_TEXTURE_IRIDESCENCE,           /* linear; R */
     SCENE_TEXTURE_IRIDESCENCE_THICKNESS, /* linear; G */
+    SCENE_TEXTURE_ANISOTROPY,            /* linear; RG direction in the tangent frame, B strength */
     SCENE_TEXTURE_SLOT_COUNT
 };
 
@@ -268,9 +269,11 @@ struct scene_material {
     float sheen_color[3], sheen_roughness; /* KHR_materials_sheen [0,1]; black = none */
     float iridescence, film_ior;           /* KHR_materials_iridescence [0,1]; 0 = none; [1, 100] */
     float film_nm[2];                      /* thickness of its film where its texture is 0, and 1 */
-    uint32_t alpha_mode;                   /* enum scene_alpha_mode */
-    uint32_t flags;                        /* enum scene_material_flags */
-    uint32_t pass_through;                 /* enum scene_pass_through */
+    float anisotropy, anisotropy_rad; /* KHR_materials_anisotropy [0,1]; 0 = none; from the tangent,
+                                         counter-clockwise */
+    uint32_t alpha_mode;              /* enum scene_alpha_mode */
+    uint32_t flags;                   /* enum scene_material_flags */
+    uint32_t pass_through;            /* enum scene_pass_through */
     uint32_t name;
     uint32_t pad;
     struct scene_texture_ref textures[SCENE_TEXTURE_SLOT_COUNT];

@@ -125,6 +125,7 @@ enum {
     VARIANT_CAP = 1 << 27,
     VARIANT_LOBES = 1 << 28,
     VARIANT_MORE_LOBES = 1 << 29,
+    VARIANT_GRAIN = 1 << 30,
     KNOWN_VARIANTS = 256, /* a power of two */
 };
 static_assert(SCENE_TEXTURE_SLOT_COUNT <= 22, "the other bits of a variant are above");
@@ -164,6 +165,8 @@ static bool slot_matters(const struct scene_material *m, int slot)
     case SCENE_TEXTURE_IRIDESCENCE:
     case SCENE_TEXTURE_IRIDESCENCE_THICKNESS:
         return m->iridescence > 0;
+    case SCENE_TEXTURE_ANISOTROPY:
+        return m->anisotropy > 0;
     default:
         return true;
     }
@@ -177,6 +180,15 @@ static uint32_t texture_mask(const struct scene *scene, const struct scene_mater
             scene->textures[m->textures[slot].texture].image >= 0)
             mask |= 1u << slot;
     return mask;
+}
+
+/* Whether the primitive says which way along the surface is which, for an anisotropic material. */
+static bool has_grain(const struct scene_primitive *p, const struct scene_material *m)
+{
+    uint32_t set = m->textures[SCENE_TEXTURE_ANISOTROPY].texcoord ? SCENE_PRIMITIVE_HAS_TEXCOORDS_1
+                                                                  : SCENE_PRIMITIVE_HAS_TEXCOORDS_0;
+    return m->anisotropy > 0 && !(m->flags & SCENE_MATERIAL_UNLIT) &&
+           (p->flags & (set | SCENE_PRIMITIVE_HAS_TANGENTS));
 }
 
 /* What one item requires of its shaders. */
@@ -194,8 +206,12 @@ static uint32_t variant_of(const struct variant_context *context, const struct s
     if (m->flags & SCENE_MATERIAL_UNLIT)
         variant &= ~NORMAL_MAPS;
     if (variant & NORMAL_MAPS)
-        variant |= VARIANT_NORMAL_MAP |
-                   (p->flags & SCENE_PRIMITIVE_HAS_TANGENTS ? (uint32_t)VARIANT_TANGENT : 0u);
+        variant |= VARIANT_NORMAL_MAP;
+    if (has_grain(p, m))
+        variant |= VARIANT_GRAIN;
+    if ((variant & (VARIANT_NORMAL_MAP | VARIANT_GRAIN)) &&
+        (p->flags & SCENE_PRIMITIVE_HAS_TANGENTS))
+        variant |= VARIANT_TANGENT;
     if (p->flags & SCENE_PRIMITIVE_HAS_COLORS)
         variant |= VARIANT_COLOR;
     uint32_t lobes = context->is_layer ? 0 : shader_needs_lobes(material_flags(material));
@@ -220,15 +236,18 @@ static void describe_variant(const struct variant_context *context, uint32_t var
     if (!context->evaluates)
         return;
     uint32_t mask = variant & VARIANT_TEXTURES;
+    const bool needs_coordinates = (variant & (VARIANT_GRAIN | VARIANT_TANGENT)) == VARIANT_GRAIN;
     bool has_coverage = context->frame->targets->samples > 1;
     bool is_by_depth =
         has_coverage && context->is_layer && !context->frame->limits->has_post_depth_coverage;
     char kinds[SHADER_NEEDS_TEXT_BYTES] = "";
     if (context->is_layer)
         shader_needs_material_defines(context->frame->needs->layer_kinds, kinds);
-    snprintf(text + used, VARIANT_BYTES - (size_t)used, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s%s%s%s",
-             mask, mask ? " HAS_TEXCOORDS" : "", variant & VARIANT_LOBES ? " HAS_LOBES" : "",
+    snprintf(text + used, VARIANT_BYTES - (size_t)used, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s%s%s%s%s",
+             mask, mask || needs_coordinates ? " HAS_TEXCOORDS" : "",
+             variant & VARIANT_LOBES ? " HAS_LOBES" : "",
              variant & VARIANT_MORE_LOBES ? " HAS_MORE_LOBES" : "",
+             variant & VARIANT_GRAIN ? " HAS_GRAIN" : "",
              variant & VARIANT_TANGENT ? " HAS_TANGENT" : "",
              variant & VARIANT_COLOR ? " HAS_COLOR" : "",
              variant & VARIANT_NORMAL_MAP ? " HAS_NORMAL_MAP" : "",

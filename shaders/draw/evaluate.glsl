@@ -36,28 +36,40 @@ vec4 evaluate_texel(uint m, int slot)
 
 // Tangent frame from the vertex tangent, else from derivatives. Schueler 2013, "Followup: Normal
 // Mapping without Precomputed Tangents", eq. for the cotangent frame.
-#ifdef HAS_NORMAL_MAP
-vec3 evaluate_normal_map(uint m, vec3 n, int slot, float scale)
+// False where there is none.
+#if defined HAS_NORMAL_MAP || defined HAS_GRAIN
+bool evaluate_frame(uint m, vec3 n, int slot, out vec3 t, out vec3 b)
 {
-    vec3 texel = evaluate_texel(m, slot).xyz * 2.0 - 1.0;
-    texel.xy *= scale;
 #ifdef HAS_TANGENT
-    vec3 t = v_tangent.xyz - n * dot(n, v_tangent.xyz);
+    t = v_tangent.xyz - n * dot(n, v_tangent.xyz);
+    b = vec3(0.0);
     if (dot(t, t) < 1e-30)
-        return n;
+        return false;
     t = normalize(t);
-    vec3 b = cross(n, t) * v_tangent.w * (v_ids.w != 0u ? 1.0 : -1.0);
+    b = cross(n, t) * v_tangent.w * (v_ids.w != 0u ? 1.0 : -1.0);
 #else
     material_uv uv = material_coordinates(m, slot, v_texcoords.xy, v_texcoords.zw);
     vec3 px = dFdx(v_position), py = dFdy(v_position);
     vec2 ux = uv.dx, uy = uv.dy;
     vec3 qx = cross(py, n), qy = cross(n, px);
-    vec3 t = qx * ux.x + qy * uy.x, b = qx * ux.y + qy * uy.y;
+    t = qx * ux.x + qy * uy.x;
+    b = qx * ux.y + qy * uy.y;
     if (!(dot(t, t) > 0.0 && dot(b, b) > 0.0))
-        return n;
+        return false;
     t *= inversesqrt(dot(t, t));
     b *= -inversesqrt(dot(b, b)); // glTF's v points down the image, +Y of the normal map up
 #endif
+    return true;
+}
+#endif
+
+#ifdef HAS_NORMAL_MAP
+vec3 evaluate_normal_map(uint m, vec3 n, int slot, float scale)
+{
+    vec3 t, b, texel = evaluate_texel(m, slot).xyz * 2.0 - 1.0;
+    texel.xy *= scale;
+    if (!evaluate_frame(m, n, slot, t, b))
+        return n;
     vec3 mapped = t * texel.x + b * texel.y + n * texel.z;
     return dot(mapped, mapped) > 0.0 ? normalize(mapped) : n;
 }
@@ -79,6 +91,30 @@ vec3 evaluate_vertex_normal(vec3 to_viewer)
     vec3 n = length_n > 0.0 ? v_normal * inversesqrt(length_n) : normalize(to_viewer);
     return gl_FrontFacing ? n : -n;
 }
+
+#ifdef HAS_GRAIN
+// Direction along which a surface of KHR_materials_anisotropy is rough, and by how much.
+// m: the record after that of the lobes.
+vec4 evaluate_grain(uint m, vec3 n, vec3 factors)
+{
+    vec3 t, b, texel = vec3(1.0, 0.0, 1.0);
+    if ((TEXTURES & 1 << SLOT_ANISOTROPY) != 0)
+        texel = evaluate_texel(m, SLOT_ANISOTROPY).rgb * vec3(2.0, 2.0, 1.0) - vec3(1.0, 1.0, 0.0);
+    vec2 turned = vec2(texel.x * factors.y - texel.y * factors.z,
+                       texel.x * factors.z + texel.y * factors.y);
+    if (!evaluate_frame(m, n, SLOT_ANISOTROPY, t, b))
+        return vec4(0.0);
+#ifndef HAS_TANGENT
+    // from the ways that coordinates grow fastest to those along which the other one stays
+    float side = dot(cross(t, b), n) < 0.0 ? -1.0 : 1.0;
+    vec3 along_u = cross(b, n) * side;
+    b = cross(n, t) * side;
+    t = along_u;
+#endif
+    vec3 along = t * turned.x + b * turned.y;
+    return dot(along, along) > 1e-6 ? vec4(normalize(along), factors.x * texel.z) : vec4(0.0);
+}
+#endif
 
 #ifdef HAS_LOBES
 // Undefined where the material has none.
@@ -102,6 +138,11 @@ surface_lobes evaluate_lobes()
 #endif
 #ifdef HAS_MORE_LOBES
     vec4 film = r.LOBES_FILM;
+    lobes.grain = vec4(0.0);
+#ifdef HAS_GRAIN
+    lobes.grain = evaluate_grain(m + 1u, evaluate_vertex_normal(evaluate_to_viewer()),
+                                 r.LOBES_GRAIN.xyz);
+#endif
     lobes.film.x = film.x * evaluate_texel(m + 1u, SLOT_IRIDESCENCE).r;
     lobes.film.y = mix(film.z, film.w, evaluate_texel(m + 1u, SLOT_IRIDESCENCE_THICKNESS).g);
 #endif

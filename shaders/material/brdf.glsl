@@ -33,6 +33,7 @@ float ggx_v(float n_dot_l, float n_dot_v, float alpha)
 #include "material/clearcoat.glsl"
 #ifdef HAS_MORE_LOBES
 #include "material/film.glsl"
+#include "material/grain.glsl"
 #endif
 
 struct brdf_input {
@@ -46,9 +47,21 @@ struct brdf_input {
     float coat_alpha; // where MATERIAL_CLEARCOAT
     float below_sheen, below_coat; // shares of the light of what lies below that come through
 #ifdef HAS_MORE_LOBES
-    vec3 film; // weight, index of refraction, thickness [nm]; weight 0 without MATERIAL_FILM
+    vec3 film;  // weight, index of refraction, thickness [nm]; weight 0 without MATERIAL_FILM
+    vec4 grain; // across the normal, unit; roughness squared along it, 0 without MATERIAL_GRAIN
 #endif
 };
+
+// Distribution times visibility of the base, for a light on the normal's side.
+float brdf_lobe(brdf_input b, vec3 h, vec3 l, float n_dot_l, float n_dot_v)
+{
+#ifdef HAS_MORE_LOBES
+    if (MATERIAL_MAY_BE(MATERIAL_GRAIN) && b.grain.w > 0.0)
+        return grain_lobe(b.normal, b.grain.xyz, cross(b.normal, b.grain.xyz), h, l, b.view,
+                          vec2(b.grain.w, b.alpha), n_dot_l, n_dot_v);
+#endif
+    return ggx_d(b.normal, h, b.alpha) * ggx_v(n_dot_l, n_dot_v, b.alpha);
+}
 
 #ifdef HAS_MORE_LOBES
 // What the film makes of a reflection whose f0 in air is that; weight: of the dielectric's.
@@ -97,8 +110,7 @@ vec3 brdf_evaluate_base(brdf_input b, vec3 l)
     vec3 result = vec3(0.0);
     if (n_dot_l > 0.0) {
         vec3 h = normalize(l + b.view);
-        float lobe = ggx_d(b.normal, h, b.alpha) *
-                     ggx_v(n_dot_l, n_dot_v, b.alpha);
+        float lobe = brdf_lobe(b, h, l, n_dot_l, n_dot_v);
         float w = schlick_weight(dot(b.view, h));
         vec3 diffuse = b.base * ((1.0 - b.transmission) / PI);
         vec3 dielectric = brdf_dielectric(b, diffuse, lobe, dot(b.view, h));
@@ -115,8 +127,7 @@ vec3 brdf_evaluate_base(brdf_input b, vec3 l)
         vec3 mirrored = normalize(l - 2.0 * n_dot_l * b.normal);
         vec3 h = normalize(mirrored + b.view);
         float cosine = -n_dot_l;
-        float lobe = ggx_d(b.normal, h, b.alpha) *
-                     ggx_v(max(cosine, 1e-4), n_dot_v, b.alpha);
+        float lobe = brdf_lobe(b, h, mirrored, max(cosine, 1e-4), n_dot_v);
         float fresnel = brdf_fresnel(b, dot(b.view, h));
         result = b.base * (b.transmission * (1.0 - fresnel) * (1.0 - b.metallic) * lobe * cosine);
     }

@@ -27,7 +27,9 @@ layout(binding = UNIT_MATERIAL_0) uniform sampler2D
 #else
     u_textures[7]; // fewer units, which casters use for other things
 #endif
+#endif
 
+#if TEXTURES != 0 || defined HAS_GRAIN
 struct material_uv {
     vec2 at, dx, dy; // texture coordinates and their screen derivatives
 };
@@ -68,6 +70,7 @@ material_uv material_coordinates(uint m, int slot, vec2 uv_0, vec2 uv_1)
 #define SLOT_SHEEN_ROUGHNESS 13
 #define SLOT_IRIDESCENCE 14
 #define SLOT_IRIDESCENCE_THICKNESS 15
+#define SLOT_ANISOTROPY 16
 
 vec4 material_texel(uint m, int slot, vec2 uv_0, vec2 uv_1, vec4 otherwise)
 {

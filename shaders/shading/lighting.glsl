@@ -258,6 +258,10 @@ vec3 ambient_lobes(brdf_input b, ambient_light around, vec2 split, float n_dot_v
 
 vec3 ambient_sent(brdf_input b, float roughness, float occlusion)
 {
+#ifdef HAS_MORE_LOBES
+    if (MATERIAL_MAY_BE(MATERIAL_GRAIN) && b.grain.w > 0.0)
+        roughness = sqrt(sqrt(b.grain.w * b.alpha)); // as round as it is rough in the mean
+#endif
     float n_dot_v = clamp(dot(b.normal, b.view), 0.0, 1.0);
     ambient_light around = ambient_around(b, roughness);
     vec2 split = environment_brdf(roughness, n_dot_v);
@@ -298,6 +302,10 @@ void lighting_add_lobes(inout brdf_input b, lit_surface at, uint flags)
     if (MATERIAL_IS(flags, MATERIAL_FILM))
         b.film = vec3(lobes.film.x, materials[materials[at.s.material].lobes].LOBES_FILM.y,
                       lobes.film.y);
+    vec3 along = lobes.grain.xyz - b.normal * dot(b.normal, lobes.grain.xyz);
+    b.grain = vec4(0.0);
+    if (MATERIAL_IS(flags, MATERIAL_GRAIN) && lobes.grain.w > 0.0 && dot(along, along) > 1e-12)
+        b.grain = vec4(normalize(along), grain_alpha(b.alpha, lobes.grain.w));
 #endif
     float n_dot_v = clamp(dot(b.normal, b.view), 1e-4, 1.0);
     bool has_sheen = MATERIAL_IS(flags, MATERIAL_SHEEN);

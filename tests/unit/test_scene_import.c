@@ -284,7 +284,9 @@ static void materials_carry_their_lobes(void **state)
                  "'KHR_materials_sheen':{'sheenColorFactor':[1,0.5,0],"
                  "'sheenRoughnessFactor':0.25},"
                  "'KHR_materials_iridescence':{'iridescenceFactor':0.5,'iridescenceIor':1.5,"
-                 "'iridescenceThicknessMaximum':650}}"));
+                 "'iridescenceThicknessMaximum':650},"
+                 "'KHR_materials_anisotropy':{'anisotropyStrength':0.5,'anisotropyRotation':-9},"
+                 "'KHR_materials_dispersion':{'dispersion':0}}"));
     const struct scene_material *m = &s.scene.materials[0], *plain = &s.scene.materials[1];
     assert_int_equal(m->flags, SCENE_MATERIAL_SPECULAR);
     assert_true(m->specular == 0.5f && m->specular_color[1] == 2 && m->specular_color[2] == 0.25f);
@@ -292,8 +294,13 @@ static void materials_carry_their_lobes(void **state)
     assert_true(m->sheen_color[1] == 0.5f && m->sheen_roughness == 0.25f);
     assert_true(m->iridescence == 0.5f && m->film_ior == 1.5f);
     assert_true(m->film_nm[0] == 100 && m->film_nm[1] == 650 && plain->iridescence == 0);
+    assert_true(m->anisotropy == 0.5f && m->anisotropy_rad == -9 && plain->anisotropy == 0);
     assert_true(plain->flags == 0 && plain->clearcoat == 0 && plain->sheen_color[0] == 0);
     assert_int_equal(s.scene.warning_count, 0);
+    imported_scene_finish(&s);
+    s = make(MATERIAL("'extensions':{'KHR_materials_dispersion':{'dispersion':0.5}}"));
+    assert_int_equal(s.scene.warning_count, 1);
+    assert_true(scene_has_warning(&s.scene, "1 material with dispersion: light goes straight"));
     imported_scene_finish(&s);
     s = make(MATERIAL("'extensions':{'KHR_materials_specular':{}}"));
     assert_true(s.scene.materials[0].specular == 1 && s.scene.materials[0].specular_color[2] == 1);
