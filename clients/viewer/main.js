@@ -6,6 +6,7 @@ import { STANDARD_VIEWS } from "./camera.js";
 import { Comparison } from "./comparison.js";
 import { Connection } from "./connection.js";
 import { Dock } from "./docks.js";
+import { EnvironmentMaps } from "./environment.js";
 import { makeHandles } from "./handles.js";
 import { HeatView, SHOWN } from "./heat.js";
 import { listenToKeys } from "./keys.js";
@@ -107,14 +108,16 @@ class Viewer {
     const left = new Dock("left");
     const right = new Dock("right");
     this.docks = { left, right };
+    this.maps = new EnvironmentMaps(this.client, this.model, () => this.capabilities?.limits ?? {});
     this.scenes = new ScenesPanel(left.add("scenes", "Scenes", "scenes"), this.client, this.model,
       { open: (id) => this.opening.open(id), show: () => left.show("scenes"),
-        limits: () => this.capabilities?.limits ?? {} });
+        limits: () => this.capabilities?.limits ?? {}, bringMaps: (files) => this.maps.bring(files) });
     this.tree = new TreePanel(left.add("tree", "Parts", "tree"), this.model, () => this.opening.addPart());
     const fitNode = (index) => this.fit(this.model.boundsOf(index));
     this.properties = new PropertiesPanel(right.add("properties", "Properties", "properties"),
       this.model, { fitNode, isMoving: () => this.isMoving, toggleMoving: () => this.toggleMoving() });
-    this.lights = new LightsPanel(right.add("lights", "Lights", "light"), this.model, () => this.#mark());
+    this.lights = new LightsPanel(right.add("lights", "Lights", "light"), this.model, this.maps,
+      () => this.#mark());
     this.section = new SectionPanel(right.add("section", "Section", "section"), this.model,
       () => this.#mark());
     this.render = new RenderPanel(right.add("render", "Render", "render"), this.model, {
@@ -279,6 +282,10 @@ class Viewer {
       if (isFirst) // the second picture follows the first
         this.opening.partsGone().catch(() => false)
           .then((isMended) => isMended || this.#blame(problem, isFirst));
+      return;
+    }
+    if (problem.code === "not_found" && problem.pointer === "/environment/image" && this.model.scene) {
+      if (isFirst) this.maps.gone();
       return;
     }
     this.#blame(problem, isFirst);

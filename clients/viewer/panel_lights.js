@@ -2,7 +2,8 @@
 // The lights: those of the scene, taken over at the first edit, and new ones. There may be thousands.
 import { cssColor } from "./color.js";
 import { button, count, el, icon, number } from "./dom.js";
-import { checkField, colorField, empty, group, numberField, slider, vectorField } from "./fields.js";
+import { EnvironmentControls } from "./environment.js";
+import { checkField, colorField, empty, numberField, slider, vectorField } from "./fields.js";
 import { refill } from "./docks.js";
 import { TYPES, rollOf, rolled } from "./lights.js";
 import { Rows } from "./rows.js";
@@ -19,8 +20,8 @@ export class LightsPanel {
   #changed;
 
   /** @param {() => void} changed is called when another light is open */
-  constructor(panel, model, changed) {
-    Object.assign(this, { panel, model });
+  constructor(panel, model, maps, changed) {
+    Object.assign(this, { panel, model, environment: new EnvironmentControls(maps) });
     this.#changed = changed;
     this.rows = el("ul", { class: "lights", "aria-label": "Lights",
       onkeydown: (event) => this.#key(event) });
@@ -32,6 +33,7 @@ export class LightsPanel {
       this.fill();
     });
     model.addEventListener("edit", () => this.#update());
+    maps.addEventListener("change", () => this.#update());
     this.fill();
   }
 
@@ -39,7 +41,7 @@ export class LightsPanel {
   #shape() {
     const { scene, view } = this.model;
     const open = scene && this.model.lights[this.#open];
-    return JSON.stringify([scene?.id, view.scene_lights, view.environment === null, this.#open,
+    return JSON.stringify([scene?.id, view.scene_lights, this.environment.shape, this.#open,
       open?.type, scene ? this.model.lights.length : 0]);
   }
 
@@ -165,25 +167,6 @@ export class LightsPanel {
     this.rows.querySelector(`[data-key="light-${to}"]`)?.focus({ preventScroll: true });
   }
 
-  #environment() {
-    const { environment } = this.model.view;
-    const turn = checkField({ label: "Light from everywhere", value: environment !== null,
-      onchange: (isOn) => this.model.edit("Environment", (view) => {
-        view.environment = isOn ? { sky: [0.3, 0.35, 0.4], ground: [0.1, 0.1, 0.1] } : null;
-      }) });
-    if (!environment) return group("Environment", turn.row);
-    const half = (label, member) => {
-      const read = () => this.model.view.environment?.[member] ?? [0, 0, 0];
-      const field = colorField({ label, value: read(), onchange: (rgb) =>
-        this.model.edit(`Environment ${member}`, (view) => {
-          view.environment = { ...view.environment, [member]: rgb };
-        }) });
-      this.#controls.push(() => field.set(read()));
-      return field.row;
-    };
-    return group("Environment", turn.row, half("Sky", "sky"), half("Ground", "ground"));
-  }
-
   fill() {
     this.shape = this.#shape();
     this.#controls = [];
@@ -208,7 +191,7 @@ export class LightsPanel {
       lights.length > 0 && this.rows,
       isOwn && button({ text: "Lights as in the file", icon: "reset",
         onclick: () => this.model.resetLights() }),
-      this.#environment());
+      this.environment.rows((update) => this.#controls.push(update)));
     this.#active = Math.min(this.#active, Math.max(0, lights.length - 1));
     this.list.draw(true);
   }

@@ -3,6 +3,7 @@
 // pictures leave out is told in its row.
 import { announce, button, byId, bytes, count, el, icon } from "./dom.js";
 import { refill } from "./docks.js";
+import { mapsAmong } from "./environment.js";
 import { notice, showProblem } from "./messages.js";
 
 /** Files of a drop, folders opened, each with its path. */
@@ -47,11 +48,12 @@ export class ScenesPanel {
   upload = null; // {name, which, share, abort}
   files = new Map(); // by id, what was sent for it: another scene of the same file is posted from them
 
-  /** @param {{open: (id: string|null) => void, show: () => void, limits: () => object}} actions */
+  /** @param {{open: (id: string|null) => void, show: () => void, limits: () => object,
+   * bringMaps: (files: {name, blob}[]) => void}} actions */
   constructor(panel, client, model, actions) {
     Object.assign(this, { panel, client, model, actions });
     this.input = el("input", { type: "file", multiple: true, class: "hidden-text", id: "scene-files",
-      tabIndex: -1, accept: ".glb,.gltf,.obj,.mtl,.ply,.stl,.fbx,.dae,.3mf,.3ds,.bin,.png,.jpg,.jpeg,.webp,.ktx2,model/gltf-binary",
+      tabIndex: -1, accept: ".glb,.gltf,.obj,.mtl,.ply,.stl,.fbx,.dae,.3mf,.3ds,.hdr,.exr,.bin,.png,.jpg,.jpeg,.webp,.ktx2,model/gltf-binary",
       "aria-label": "Files of a scene",
       onchange: () => this.bring([...this.input.files].map((file) =>
         ({ name: file.webkitRelativePath || file.name, blob: file }))) });
@@ -113,10 +115,14 @@ export class ScenesPanel {
   async bring(files) {
     this.input.value = "";
     if (this.#isBusy()) return;
-    const scenes = scenesAmong(files);
+    const scenes = scenesAmong(files), maps = mapsAmong(files);
+    if (!scenes.length && maps.length) {
+      await this.actions.bringMaps(maps);
+      return;
+    }
     if (!scenes.length)
       showProblem(new Error("None of these files is a scene: .glb, .gltf, .obj, .ply, .stl, .fbx, "
-        + ".dae, .3mf or .3ds."), "Nothing to upload");
+        + ".dae, .3mf or .3ds, or an environment map: .hdr or .exr."), "Nothing to upload");
     let last = null;
     for (const [at, named] of scenes.entries()) {
       const which = scenes.length > 1 ? `${at + 1} of ${scenes.length}` : "";
