@@ -15,6 +15,7 @@ static const struct scene_format_info formats[SCENE_FORMAT_COUNT] = {
     [SCENE_FORMAT_FBX] = {"fbx", "FBX", ".fbx", NULL, "assimp", VITRAIL_WITH_ASSIMP},
     [SCENE_FORMAT_COLLADA] = {"collada", "COLLADA", ".dae", "model/vnd.collada+xml", "assimp",
                               VITRAIL_WITH_ASSIMP},
+    [SCENE_FORMAT_INVENTOR] = {"iv", "Open Inventor", ".iv", NULL, "assimp", VITRAIL_WITH_ASSIMP},
     [SCENE_FORMAT_3MF] = {"3mf", "3MF", ".3mf", "model/3mf", "assimp", VITRAIL_WITH_ASSIMP},
     [SCENE_FORMAT_3DS] = {"3ds", "3DS", ".3ds", NULL, "assimp", VITRAIL_WITH_ASSIMP},
     [SCENE_FORMAT_STL] = {"stl", "STL", ".stl", "model/stl", "assimp", VITRAIL_WITH_ASSIMP},

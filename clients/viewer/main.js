@@ -181,7 +181,7 @@ class Viewer {
     byId("busy").hidden = !scene;
     if (!scene)
       replace(byId("welcome"), icon("scenes", 40), el("h2", {}, "Light through transparent things"),
-        el("p", {}, "Drop a scene here (glTF, OBJ, PLY, STL, FBX, COLLADA, 3MF, 3DS) with its files. It stays on the server, which draws it."),
+        el("p", {}, "Drop a scene here (glTF, OBJ, PLY, STL, FBX, COLLADA, 3MF, 3DS, Open Inventor) with its files. It stays on the server, which draws it."),
         el("p", { class: "welcome-ways" }, button({ text: "Choose files", icon: "upload", class: "primary",
           onclick: () => this.scenes.input.click() }), this.#demoButton()));
     this.toolbar.setCameras(scene?.outline.cameras ?? []);

@@ -27,8 +27,8 @@ async function filesOfDrop(items) {
   return files;
 }
 
-const SCENE = /\.(gltf|glb|obj|ply|stl|fbx|dae|3mf|3ds)$/i;
-const ALONE = /\.(glb|ply|stl|3mf)$/i; // needs no other file
+const SCENE = /\.(gltf|glb|obj|ply|stl|fbx|dae|3mf|3ds|iv)$/i;
+const ALONE = /\.(glb|ply|stl|3mf|iv)$/i; // needs no other file
 
 /**
  * The scenes among files, each as a list of {name, blob} that begins with the scene: a .glb alone, a
@@ -53,7 +53,7 @@ export class ScenesPanel {
   constructor(panel, client, model, actions) {
     Object.assign(this, { panel, client, model, actions });
     this.input = el("input", { type: "file", multiple: true, class: "hidden-text", id: "scene-files",
-      tabIndex: -1, accept: ".glb,.gltf,.obj,.mtl,.ply,.stl,.fbx,.dae,.3mf,.3ds,.hdr,.exr,.bin,.png,.jpg,.jpeg,.webp,.ktx2,model/gltf-binary",
+      tabIndex: -1, accept: ".glb,.gltf,.obj,.mtl,.ply,.stl,.fbx,.dae,.3mf,.3ds,.iv,.hdr,.exr,.bin,.png,.jpg,.jpeg,.webp,.ktx2,model/gltf-binary",
       "aria-label": "Files of a scene",
       onchange: () => this.bring([...this.input.files].map((file) =>
         ({ name: file.webkitRelativePath || file.name, blob: file }))) });
@@ -122,7 +122,7 @@ export class ScenesPanel {
     }
     if (!scenes.length)
       showProblem(new Error("None of these files is a scene: .glb, .gltf, .obj, .ply, .stl, .fbx, "
-        + ".dae, .3mf or .3ds, or an environment map: .hdr or .exr."), "Nothing to upload");
+        + ".dae, .3mf, .3ds or .iv, or an environment map: .hdr or .exr."), "Nothing to upload");
     let last = null;
     for (const [at, named] of scenes.entries()) {
       const which = scenes.length > 1 ? `${at + 1} of ${scenes.length}` : "";

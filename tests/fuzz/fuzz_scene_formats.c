@@ -12,16 +12,23 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     enum scene_format format = SCENE_FORMAT_GLTF;
-    const char names[] = "ops"; /* OBJ, PLY, STL */
-    for (int i = 0; size > 0 && names[i]; i++)
-        if (data[0] == names[i])
-            format = (enum scene_format)(SCENE_FORMAT_OBJ + i);
+    static const struct {
+        uint8_t letter;
+        enum scene_format format;
+    } formats[] = {{'o', SCENE_FORMAT_OBJ},
+                   {'p', SCENE_FORMAT_PLY},
+                   {'s', SCENE_FORMAT_STL},
+                   {'i', SCENE_FORMAT_INVENTOR}};
+    for (size_t i = 0; size > 0 && i < sizeof formats / sizeof *formats; i++)
+        if (data[0] == formats[i].letter)
+            format = formats[i].format;
     if (format == SCENE_FORMAT_GLTF || !scene_format_describe(format)->is_built)
         return 0;
     /* "m.mtl" is there to be named */
     const char *name = format == SCENE_FORMAT_OBJ   ? "scene.obj"
                        : format == SCENE_FORMAT_PLY ? "scene.ply"
-                                                    : "scene.stl";
+                       : format == SCENE_FORMAT_STL ? "scene.stl"
+                                                    : "scene.iv";
     const struct scene_file files[] = {{name, data + 1, size - 1}, {"m.mtl", data + 1, size - 1}};
     const struct scene_import_desc desc = {.files = files,
                                            .file_count = 2,

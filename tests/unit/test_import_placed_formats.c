@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* scene_import of COLLADA, FBX and 3DS, which tell units, axes and places: on files written out
- * here. 3MF, whose files are archives, is tested over HTTP. */
+/* scene_import of COLLADA, FBX, 3DS and Open Inventor, which tell units, axes and places: on files
+ * written out here. 3MF, whose files are archives, is tested over HTTP. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
@@ -228,6 +228,69 @@ static void scenes_of_3ds_stand_upright(void **state)
     imported_scene_finish(&s);
 }
 
+#define IV "#Inventor V2.0 ascii\n"
+
+static void inventor_nodes_have_the_state_before_them(void **state)
+{
+    (void)state;
+    static const char text[] =
+        IV "Separator { Material { diffuseColor 0.9 0.1 0.2 transparency 0.75 }\n"
+           "DEF Move Translation { translation 10 0 0 }\n"
+           "Separator { Units { units INCHES } Scale { scaleFactor 2 1 1 }\n"
+           "Coordinate3 { point [ 0 0 0, 1 0 0, 0 1 0 ] } # a comment\n"
+           "DEF Part IndexedFaceSet { coordIndex [ 0, 1, 2, -1 ] } }\n"
+           "USE Move Switch { whichChild 1 Sphere { } DEF Box Cube { width 1 height 2 depth 4 } }\n"
+           "Switch { Cone { } } }\n";
+    struct imported_scene s = make(SCENE_FORMAT_INVENTOR, text, strlen(text), NULL);
+    /* the triangle from (10, 0, 0) to (10 + 2 in, 1 in, 0), the box around (20, 0, 0) */
+    expect_bounds(&s, (double[]){10, -1, -2}, (double[]){20.5, 1, 2});
+    assert_int_equal(s.scene.header->triangle_count, 1 + 12);
+    const struct scene_material *m = &s.scene.materials[0];
+    const float wanted[4] = {0.9f, 0.1f, 0.2f, 0.25f};
+    for (int i = 0; i < 4; i++)
+        assert_float_equal(m->base_color[i], wanted[i], 1e-6f);
+    assert_int_equal(m->alpha_mode, SCENE_BLEND);
+    assert_int_equal(told.unit_by, SCENE_WORD_FILE);
+    imported_scene_finish(&s);
+}
+
+static void inventor_bodies_face_outward(void **state)
+{
+    (void)state;
+    static const char *const shapes[] = {"Cube { }", "Sphere { radius 2 }", "Cylinder { height 6 }",
+                                         "Cone { bottomRadius 3 }"};
+    static const double half[][3] = {{1, 1, 1}, {2, 2, 2}, {1, 3, 1}, {3, 1, 3}};
+    for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
+        char text[200];
+        snprintf(text, sizeof text, IV "Material { transparency 0.5 } %s\n", shapes[i]);
+        struct imported_scene s = make(SCENE_FORMAT_INVENTOR, text, strlen(text), NULL);
+        expect_bounds(&s, (double[]){-half[i][0], -half[i][1], -half[i][2]}, half[i]);
+        /* closed, and seen from outside: else the surface would be double-sided */
+        assert_false(s.scene.materials[0].flags & SCENE_MATERIAL_DOUBLE_SIDED);
+        imported_scene_finish(&s);
+    }
+}
+
+static void inventor_turns_and_places(void **state)
+{
+    (void)state;
+    static const char text[] =
+        IV "PointLight { location 1 2 3 intensity 0.5 }\n"
+           "PerspectiveCamera { position 0 0 9 heightAngle 0.5 }\n"
+           "Transform { translation 0 0 1 rotation 0 0 1 1.57079633 }\n"
+           "MatrixTransform { matrix 1 0 0 0  0 1 0 0  0 0 1 0  5 0 0 1 }\n"
+           "Coordinate3 { point [ 0 0 0, 1 0 0, 0 2 0 ] } ShapeHints { vertexOrdering CLOCKWISE }\n"
+           "FaceSet { numVertices 3 } Texture2 { filename \"a.png\" }\n";
+    struct imported_scene s = make(SCENE_FORMAT_INVENTOR, text, strlen(text), NULL);
+    expect_bounds(&s, (double[]){-2, 5, 1}, (double[]){0, 6, 1}); /* x became y */
+    assert_float_equal(s.scene.normals[2], -1, 1e-6f); /* of the node, which is turned about z */
+    expect_place(&s, true, (double[]){1, 2, 3});
+    expect_place(&s, false, (double[]){0, 0, 9});
+    assert_float_equal(s.scene.cameras[0].y_fov_rad, 0.5f, 1e-6f);
+    assert_true(scene_has_warning(&s.scene, "nodes of type Texture2 are left out"));
+    imported_scene_finish(&s);
+}
+
 static void broken_files_are_refused_by_name(void **state)
 {
     (void)state;
@@ -250,6 +313,17 @@ static void broken_files_are_refused_by_name(void **state)
         {SCENE_FORMAT_FBX, turned, strlen(turned), "only +X, +Y and +Z are read"},
         {SCENE_FORMAT_3DS, bytes, 20, "3DS: "},
         {SCENE_FORMAT_3DS, "3DS", 3, "3DS: "},
+#define IV_CASE(text, message) {SCENE_FORMAT_INVENTOR, IV text, strlen(IV text), message}
+        {SCENE_FORMAT_INVENTOR, "#Inventor V2.1 binary", 21, "is not '#Inventor V2.0 ascii'"},
+        IV_CASE("Separator {\n", "line 3: the file ends within a node"),
+        IV_CASE("Separator { }\n", "no shape that is read"),
+        IV_CASE("\nUSE A\n", "line 3: USE of 'A'"),
+        IV_CASE("DEF A Separator { USE A }\n", "USE of 'A'"),
+        IV_CASE("Cube { width nan }\n", "width of a node Cube has the value 'nan'"),
+        IV_CASE("Cube { width [ 1 \n", "ends within a node"),
+        IV_CASE("Coordinate3 { point [ 0 0 0 ] } IndexedFaceSet { coordIndex [ 0 1 2 -1 ] }\n",
+                "names vertex 1 of 1"),
+        IV_CASE("FaceSet { numVertices 4 }\n", "takes 4 vertices of 0"),
         {SCENE_FORMAT_3MF, "PK\3\4 is no archive", 18, "3MF: "},
     };
     assert_int_equal(size, write_3ds(bytes, 2));
@@ -270,6 +344,9 @@ int main(void)
         cmocka_unit_test(collada_filters_light_and_has_lights_and_cameras),
         cmocka_unit_test(fbx_tells_its_unit_and_axis),
         cmocka_unit_test(scenes_of_3ds_stand_upright),
+        cmocka_unit_test(inventor_nodes_have_the_state_before_them),
+        cmocka_unit_test(inventor_bodies_face_outward),
+        cmocka_unit_test(inventor_turns_and_places),
         cmocka_unit_test(broken_files_are_refused_by_name),
     };
     if (!VITRAIL_WITH_ASSIMP)

@@ -2,6 +2,7 @@
 // The one door to assimp (5.2 to 6): from the files of an upload in memory to glTF. No exception
 // leaves this file, and no file but those of the upload is seen.
 #include "renderer/import/assimp/conversion.h"
+#include "renderer/import/assimp/inventor.h"
 
 #include <cmath>
 #include <cstdarg>
@@ -319,6 +320,8 @@ void read_scene(Assimp::Importer &importer, conversion_state &state, upload_file
 {
     importer.SetIOHandler(files); // which takes it
     keep_only(importer, upload_files::suffix(state.input->format));
+    if (state.input->format == SCENE_FORMAT_INVENTOR)
+        importer.RegisterLoader(inventor_reader(state)); // which takes it
     importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, CREASE_ANGLE_DEG);
     const aiScene *scene = importer.ReadFile(files->root_name, aiProcess_ValidateDataStructure);
     if (!scene)

@@ -117,7 +117,9 @@ struct scene_origin default_origin(const struct converter_input &input)
 {
     struct scene_origin origin = {input.format, 1, 'y', SCENE_WORD_DEFAULT, SCENE_WORD_DEFAULT};
     if (input.format == SCENE_FORMAT_3DS)
-        origin.up = 'z';                  // every program that writes it means that
+        origin.up = 'z';                       // every program that writes it means that
+    if (input.format == SCENE_FORMAT_INVENTOR) // its nodes of type Units say otherwise in place
+        origin.unit_by = origin.up_by = SCENE_WORD_FILE;
     if (input.format == SCENE_FORMAT_3MF) // 3MF Core Specification 1.3, sections 3.3 and 3.4
         origin = {input.format, 0.001, 'z', SCENE_WORD_FILE, SCENE_WORD_FILE};
     return origin;
