@@ -53,6 +53,12 @@ static double count_lit(const struct workload_desc *desc, const struct scene_sam
     return lit;
 }
 
+static double count_directions(const struct view *view)
+{
+    int samples = view->quality.environment_samples;
+    return view_has_environment(view) ? quality_or(samples, ENVIRONMENT_SAMPLES_DEFAULT) : 0;
+}
+
 /* Half of the depth of a cluster over the depth of its middle, as renderer/lights/clusters.c cuts
  * the depths that lights span. */
 static double slice_share(const struct light_bounds *bounds, const struct camera *camera)
@@ -232,6 +238,7 @@ bool workload_measure(struct workload *workload, const struct workload_desc *des
         workload->triangles_in_view = sampling.triangles_in_view;
         workload->lights = desc->state->light_count - reach->unseen_count;
         workload->lit = count_lit(desc, &sampling, reach);
+        workload->directions = count_directions(desc->view);
         workload->listed = count_listed(desc, &sampling, reach);
         measure_maps(workload, desc, reach);
     }

@@ -123,7 +123,7 @@ static void add_rays(const struct workload *w, const struct forecast_setting *se
     double levels = log2(2 + w->triangles), rays = w->pixels * setting->samples;
     double more = setting->samples > 1 ? 1 : 0, split = setting->samples > 1 ? SPLIT : 1;
     double layers = w->pixels * w->layers, surfaces = layers + w->pixels * w->covered * split;
-    double asked = setting->has_shadows ? w->lit : 0; /* lights, at each surface */
+    double asked = setting->has_shadows ? w->lit + w->directions : 0; /* at each surface */
     terms[FORECAST_TERM_FRAME] += c->traced_frame_ms;
     terms[FORECAST_TERM_RAYS] += MS * w->pixels * (c->ray + w->covered * levels * c->hit_level);
     terms[FORECAST_TERM_MORE_RAYS] +=

@@ -32,6 +32,8 @@ struct workload {
     double map_triangles;  /* opaque casters, drawn into a face each */
     double deep_triangles; /* transparent ones */
     double deep_share;     /* events over texels of the deep faces */
+    double directions;     /* towards an environment map, which whole pictures by rays take at each
+                              visible surface */
 };
 
 /* Times over those of the machine of the fit. Zeroed = not measured. */

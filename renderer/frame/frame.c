@@ -128,6 +128,8 @@ static uint64_t lesson_key_of(const struct opened_view *opened)
     content_key_add_word(&key, (uint64_t)size);
     content_key_add_word(&key, (uint64_t)view->quality.samples);
     content_key_add_word(&key, (uint64_t)view->quality.shadow_taps);
+    if (view_has_environment(view)) /* rays towards it go other ways than those to lights */
+        content_key_add_word(&key, (uint64_t)view->quality.environment_samples);
     return key.words[0];
 }
 

@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "protocol/quality_defaults.h"
 #include "renderer/cost/auto_technique.h"
 #include "renderer/cost/technique_forecast.h"
 #include "renderer/cost/workload.h"
@@ -134,6 +135,11 @@ static void counts_are_those_of_the_picture(void **unused)
     w = measure(&rig);
     assert_true(w.covered == 0 && fabs(w.layers - 0.25) < 0.01);
     assert_true(w.deep_lights == 1 && w.deep_share > 0);
+    assert_true(w.directions == 0);
+    rig.view.environment_key = "map";
+    assert_true(measure(&rig).directions == ENVIRONMENT_SAMPLES_DEFAULT);
+    rig.view.quality.environment_samples = 100;
+    assert_true(measure(&rig).directions == 100);
     rig_close(&rig);
 }
 
@@ -194,6 +200,11 @@ static void forecasts_grow_with_the_work(void **unused)
         assert_true(told_ms(SHADOWS_RAYTRACED, &more, &setting, &speed) > traced);
         assert_true(told_ms(SHADOWS_RAYTRACED_SHADOWS, &more, &setting, &speed) > shadows);
     }
+    struct workload sky = base;
+    sky.directions = 16; /* rays of whole pictures alone go there */
+    assert_true(told_ms(SHADOWS_RAYTRACED, &sky, &setting, &speed) > traced);
+    assert_true(told_ms(SHADOWS_DEEP, &sky, &setting, &speed) == raster);
+    assert_true(told_ms(SHADOWS_RAYTRACED_SHADOWS, &sky, &setting, &speed) == shadows);
     setting.is_warm = true;
     assert_true(told_ms(SHADOWS_RAYTRACED_SHADOWS, &base, &setting, &speed) < shadows); /* the tree
                                                                                          */
