@@ -309,6 +309,17 @@ static json_t *write_texts(const char *texts, size_t stride, int count)
     return json_take_unless(array, has_failed);
 }
 
+static json_t *write_environment(const struct frame_stats_environment *environment)
+{
+    if (!environment->image[0])
+        return json_null();
+    struct json_writer writer = json_writer_begin();
+    json_put_text(&writer, "image", environment->image);
+    json_put(&writer, "samples",
+             environment->samples ? json_integer(environment->samples) : json_null());
+    return json_writer_take(&writer);
+}
+
 json_t *frame_stats_to_json(const struct frame_stats *stats)
 {
     struct json_writer writer = json_writer_begin();
@@ -321,6 +332,7 @@ json_t *frame_stats_to_json(const struct frame_stats *stats)
     json_put(&writer, "height", json_integer(stats->height));
     json_put(&writer, "exposure_ev",
              stats->has_exposure ? json_real(stats->exposure_ev) : json_null());
+    json_put(&writer, "environment", write_environment(&stats->environment));
     json_put(&writer, "plan", write_plan(stats));
     json_put(&writer, "timings_ms", write_timings(stats));
     json_put(&writer, "counts", write_counts(stats));
@@ -501,6 +513,14 @@ static bool read_lists(const struct json_node *root, struct frame_stats *stats)
                       FRAME_STATS_WARNINGS_MAX, &stats->warning_count);
 }
 
+static bool read_environment(const struct json_node *node,
+                             struct frame_stats_environment *environment)
+{
+    struct json_node image = json_member(node, "image"), samples = json_member(node, "samples");
+    return json_read_text(&image, environment->image, sizeof environment->image) &&
+           json_read_int(&samples, 0, LIMIT_ENVIRONMENT_SAMPLES, &environment->samples);
+}
+
 static bool read_head(const struct json_node *root, struct frame_stats *stats)
 {
     struct json_node id = json_member(root, "id"), scene = json_member(root, "scene");
@@ -509,8 +529,10 @@ static bool read_head(const struct json_node *root, struct frame_stats *stats)
     struct json_node resident = json_member(root, "resident_bytes");
     struct json_node width = json_member(root, "width"), height = json_member(root, "height");
     struct json_node exposure = json_member(root, "exposure_ev");
+    struct json_node environment = json_member(root, "environment");
     stats->has_exposure = exposure.value;
-    return json_read_text(&id, stats->id, sizeof stats->id) &&
+    return read_environment(&environment, &stats->environment) &&
+           json_read_text(&id, stats->id, sizeof stats->id) &&
            json_read_text(&scene, stats->scene, sizeof stats->scene) &&
            json_read_text(&view, stats->view, sizeof stats->view) &&
            json_read_uint64(&revision, &stats->revision) &&

@@ -99,6 +99,10 @@ struct frame_stats {
     int width, height;  /* px */
     bool has_exposure;  /* the picture has colours of a screen */
     double exposure_ev; /* theirs */
+    struct frame_stats_environment {
+        char image[65]; /* as in the request; "": no environment map */
+        int samples;    /* towards it, per ray traced point; 0: nothing was ray traced */
+    } environment;
     struct frame_stats_pass plan[FRAME_STATS_PASSES_MAX];
     int plan_count;
     double timings_ms[FRAME_TIMING_COUNT];

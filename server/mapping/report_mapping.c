@@ -148,6 +148,20 @@ static void copy_times(const struct frame_report *report, double ms[FRAME_TIMING
     ms[FRAME_TIMING_TOTAL] = report->total_ms;
 }
 
+static void copy_environment(const struct render_request *request,
+                             const struct frame_report *report,
+                             struct frame_stats_environment *environment)
+{
+    const struct request_quality *quality = &request->quality;
+    utf8_copy(environment->image, sizeof environment->image, request->environment.image);
+    for (int i = 0; environment->image[0] && i < report->pass_count; i++)
+        if (strcmp(report->passes[i].pass, "raytrace.trace") == 0)
+            environment->samples =
+                quality_or(quality->environment_samples, quality->reference
+                                                             ? ENVIRONMENT_SAMPLES_DEFAULT_REFERENCE
+                                                             : ENVIRONMENT_SAMPLES_DEFAULT);
+}
+
 void frame_stats_from_report(const struct render_request *request,
                              const struct frame_report *report, const char *device,
                              struct frame_stats *stats)
@@ -155,6 +169,7 @@ void frame_stats_from_report(const struct render_request *request,
     *stats = (struct frame_stats){.width = request->width, .height = request->height};
     utf8_copy(stats->scene, sizeof stats->scene, request->scene);
     utf8_copy(stats->device, sizeof stats->device, device);
+    copy_environment(request, report, &stats->environment);
     copy_plan(report, stats);
     copy_counts(report, stats);
     copy_compression(report, stats);

@@ -137,6 +137,7 @@ static void fill_stats(struct frame_stats *stats)
     stats->resident_bytes = UINT64_C(6) << 32;
     stats->has_exposure = true;
     stats->exposure_ev = -1.515625;
+    stats->environment = (struct frame_stats_environment){.image = "studio", .samples = 16};
     stats->reused_count = 1;
     strcpy(stats->reused[0], "scene");
     stats->has_error = true;
@@ -166,6 +167,8 @@ static void stats_read_back_as_they_were(void **state)
     assert_int_equal(read.bytes[0].bytes, UINT64_C(5) << 32);
     assert_int_equal(read.resident_bytes, UINT64_C(6) << 32);
     assert_true(read.has_exposure && read.exposure_ev == -1.515625);
+    assert_string_equal(read.environment.image, "studio");
+    assert_int_equal(read.environment.samples, 16);
     assert_int_equal(read.plan_count, FRAME_STATS_PASSES_MAX);
     assert_string_equal(read.plan[63].pass, "shadow.63");
     assert_true(read.timings_ms[FRAME_TIMING_TOTAL] == 13.5);
@@ -180,10 +183,10 @@ static void stats_read_back_as_they_were(void **state)
 static void stats_have_the_documented_members(void **state)
 {
     (void)state;
-    static const char *const members[] = {"scene",    "view",   "revision",       "device",
-                                          "width",    "height", "plan",           "timings_ms",
-                                          "counts",   "bytes",  "reused",         "error",
-                                          "warnings", "id",     "resident_bytes", "exposure_ev"};
+    static const char *const members[] = {
+        "scene",    "view",       "revision",       "device",      "width",      "height",
+        "plan",     "timings_ms", "counts",         "bytes",       "reused",     "error",
+        "warnings", "id",         "resident_bytes", "exposure_ev", "environment"};
     struct frame_stats stats = {0};
     json_t *json = frame_stats_to_json(&stats);
     for (size_t i = 0; i < sizeof members / sizeof *members; i++)
@@ -191,6 +194,7 @@ static void stats_have_the_documented_members(void **state)
     assert_true(json_is_null(json_object_get(json, "view")));
     assert_true(json_is_null(json_object_get(json, "error")));
     assert_true(json_is_null(json_object_get(json, "exposure_ev")));
+    assert_true(json_is_null(json_object_get(json, "environment")));
     assert_non_null(json_object_get(json_object_get(json, "timings_ms"), "light-list"));
     assert_non_null(json_object_get(json_object_get(json, "counts"), "longest_list"));
     json_decref(json);
