@@ -76,7 +76,9 @@ struct glb_material_desc {
     double specular, specular_color[3];
     double clearcoat, clearcoat_roughness;  /* above 0 writes KHR_materials_clearcoat */
     double sheen_color[3], sheen_roughness; /* not black writes KHR_materials_sheen */
-    double anisotropy, anisotropy_rad;      /* above 0 writes KHR_materials_anisotropy */
+    double diffuse_transmission;            /* above 0 writes KHR_materials_diffuse_transmission */
+    double diffuse_transmission_color[3];
+    double anisotropy, anisotropy_rad;   /* above 0 writes KHR_materials_anisotropy */
     double iridescence, iridescence_ior; /* above 0 writes KHR_materials_iridescence; ior 0 ... */
     double film_least_nm, film_most_nm;  /* ... and thickness 0 are not written */
     double normal_scale, occlusion_strength; /* 0 means 1 */
@@ -84,7 +86,8 @@ struct glb_material_desc {
         occlusion_texture, emissive_texture, transmission_texture, thickness_texture,
         specular_texture, specular_color_texture, clearcoat_texture, clearcoat_roughness_texture,
         clearcoat_normal_texture, sheen_color_texture, sheen_roughness_texture, iridescence_texture,
-        iridescence_thickness_texture, anisotropy_texture;
+        iridescence_thickness_texture, anisotropy_texture, diffuse_transmission_texture,
+        diffuse_transmission_color_texture;
     enum glb_pass_through pass_through;  /* extras.vitrail.pass_through.model */
     double edge_color[3], edge_exponent; /* GLB_PASS_EDGE */
 };

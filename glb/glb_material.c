@@ -197,6 +197,23 @@ static void put_anisotropy(struct glb_builder *builder, json_t *extensions,
     put_extension(builder, extensions, "KHR_materials_anisotropy", body);
 }
 
+static void put_diffuse_transmission(struct glb_builder *builder, json_t *extensions,
+                                     const struct glb_material_desc *desc)
+{
+    if (desc->diffuse_transmission <= 0)
+        return;
+    json_t *body = glb_object(builder);
+    glb_put(builder, body, "diffuseTransmissionFactor",
+            glb_number(builder, desc->diffuse_transmission, "diffuse_transmission"));
+    glb_put(
+        builder, body, "diffuseTransmissionColorFactor",
+        glb_numbers(builder, desc->diffuse_transmission_color, 3, "diffuse_transmission_color"));
+    put_texture(builder, body, "diffuseTransmissionTexture", &desc->diffuse_transmission_texture);
+    put_texture(builder, body, "diffuseTransmissionColorTexture",
+                &desc->diffuse_transmission_color_texture);
+    put_extension(builder, extensions, "KHR_materials_diffuse_transmission", body);
+}
+
 static void put_emissive(struct glb_builder *builder, json_t *material, json_t *extensions,
                          const struct glb_material_desc *desc)
 {
@@ -297,6 +314,7 @@ int glb_builder_add_material(struct glb_builder *builder, const struct glb_mater
     put_lobes(builder, extensions, desc);
     put_iridescence(builder, extensions, desc);
     put_anisotropy(builder, extensions, desc);
+    put_diffuse_transmission(builder, extensions, desc);
     if (desc->is_unlit)
         put_extension(builder, extensions, "KHR_materials_unlit", glb_object(builder));
     if (json_object_size(extensions) > 0)

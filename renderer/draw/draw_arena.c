@@ -90,6 +90,8 @@ uint32_t material_flags(const struct state_material *material)
         flags |= MATERIAL_FILM;
     if (m->anisotropy > 0)
         flags |= MATERIAL_GRAIN;
+    if (m->diffuse_transmission > 0)
+        flags |= MATERIAL_TRANSLUCENT;
     return flags;
 }
 
@@ -121,6 +123,9 @@ static void fill_lobes(const struct scene_material *m, uint32_t count, struct ma
         .LOBES_GRAIN = {{m->anisotropy, (float)cos((double)m->anisotropy_rad),
                          (float)sin((double)m->anisotropy_rad), 0}},
     };
+    for (int k = 0; k < 3; k++)
+        r->LOBES_TRANSLUCENT.v[k] = m->diffuse_transmission_color[k];
+    r->LOBES_TRANSLUCENT.v[3] = m->diffuse_transmission;
     fill_textures(m, SLOTS_OF_BASE, r);
     if (count > 1) {
         r[1] = (struct material_record){.flags = 0};

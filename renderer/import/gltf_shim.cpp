@@ -241,6 +241,17 @@ void convert_iridescence(holder &h, const tinygltf::Material &m, gltf_material &
         texture_ref_in(h, film, "iridescenceThicknessTexture");
 }
 
+void convert_diffuse_transmission(holder &h, const tinygltf::Material &m, gltf_material &out)
+{
+    const tinygltf::Value *passed = extension(m.extensions, "KHR_materials_diffuse_transmission");
+    out.diffuse_transmission = number(passed, "diffuseTransmissionFactor", 0);
+    out.diffuse_transmission_color = number_array(h, passed, "diffuseTransmissionColorFactor");
+    out.textures[GLTF_TEXTURE_DIFFUSE_TRANSMISSION] =
+        texture_ref_in(h, passed, "diffuseTransmissionTexture");
+    out.textures[GLTF_TEXTURE_DIFFUSE_TRANSMISSION_COLOR] =
+        texture_ref_in(h, passed, "diffuseTransmissionColorTexture");
+}
+
 void convert_anisotropy(holder &h, const tinygltf::Material &m, gltf_material &out)
 {
     const tinygltf::Value *grain = extension(m.extensions, "KHR_materials_anisotropy");
@@ -285,6 +296,7 @@ void convert_material(holder &h, const tinygltf::Material &m)
     convert_lobes(h, m, out);
     convert_iridescence(h, m, out);
     convert_anisotropy(h, m, out);
+    convert_diffuse_transmission(h, m, out);
     convert_textures(h, m, out);
     h.materials.push_back(out);
 }

@@ -157,6 +157,8 @@ enum gltf_texture_slot { /* same order as enum scene_texture_slot */
                          GLTF_TEXTURE_IRIDESCENCE,
                          GLTF_TEXTURE_IRIDESCENCE_THICKNESS,
                          GLTF_TEXTURE_ANISOTROPY,
+                         GLTF_TEXTURE_DIFFUSE_TRANSMISSION,
+                         GLTF_TEXTURE_DIFFUSE_TRANSMISSION_COLOR,
                          GLTF_TEXTURE_SLOT_COUNT
 };
 
@@ -174,7 +176,8 @@ struct gltf_material {
     bool has_specular, has_clearcoat, has_sheen; /* KHR_materials_... */
     double specular, clearcoat, clearcoat_roughness, clearcoat_normal_scale, sheen_roughness;
     struct gltf_numbers specular_color, sheen_color;
-    double anisotropy, anisotropy_rad;
+    double anisotropy, anisotropy_rad, diffuse_transmission;
+    struct gltf_numbers diffuse_transmission_color;
     double iridescence, iridescence_ior, iridescence_least_nm, iridescence_most_nm;
     const char *pass_through; /* extras vitrail.pass_through.model, or "" */
     struct gltf_numbers edge_color;

@@ -211,6 +211,17 @@ static bool import_anisotropy(const struct gltf_material *from, struct scene_mat
                          "anisotropyRotation", err);
 }
 
+static bool import_diffuse_transmission(const struct gltf_material *from, struct scene_material *to,
+                                        struct error *err)
+{
+    for (int k = 0; k < 3; k++)
+        to->diffuse_transmission_color[k] = 1;
+    return import_number(from->diffuse_transmission, 0, 1, &to->diffuse_transmission,
+                         "diffuseTransmissionFactor", err) &&
+           import_numbers(from->diffuse_transmission_color, 3, 0, 1, to->diffuse_transmission_color,
+                          "diffuseTransmissionColorFactor", err);
+}
+
 static bool import_material(struct importer *importer, const struct gltf_material *from,
                             struct scene_material *to, struct error *err)
 {
@@ -224,7 +235,7 @@ static bool import_material(struct importer *importer, const struct gltf_materia
     return import_core(from, to, err) && import_emissive(from, to, err) &&
            import_glass(from, to, err) && import_lobes(from, to, err) &&
            import_iridescence(from, to, err) && import_anisotropy(from, to, err) &&
-           import_pass_through(from, to, err);
+           import_diffuse_transmission(from, to, err) && import_pass_through(from, to, err);
 }
 
 static bool append_material(struct importer *importer, const struct scene_material *material,

@@ -40,7 +40,9 @@ static void init_film(struct rt_filmed *film, const struct rt_surface *s, const 
         film->f0[k] = f0[k];
         film->edge[k] = rt_max(s->f0 + rt_surface_edge(s), f0[k]);
         film->base[k] = s->base[k];
-        film->diffuse[k] = s->base[k] * (1 - s->transmission) / pi * film->dielectric;
+        double diffuse = (1 - s->transmission) / pi * film->dielectric;
+        film->diffuse[k] = s->base[k] * (1 - s->translucence) * diffuse;
+        film->diffused[k] = s->translucence > 0 ? s->translucent[k] * s->translucence * diffuse : 0;
         film->through[k] = s->base[k] * s->transmission * film->dielectric;
     }
 }
@@ -76,13 +78,17 @@ void rt_reflector_init(struct rt_reflector *r, const struct rt_surface *s, const
     r->n_dot_v = n_dot_v;
     r->alpha_square = a2;
     r->seen = sqrt(n_dot_v * n_dot_v * (1 - a2) + a2);
-    r->transmits = s->transmission > 0 && s->metallic < 1;
+    r->transmits = (s->transmission > 0 || s->translucence > 0) && s->metallic < 1;
     for (int k = 0; k < 3; k++) {
-        double diffuse = s->base[k] * (1 - s->transmission) / pi * dielectric;
+        double passed = (1 - s->transmission) / pi * dielectric;
+        double diffuse = s->base[k] * (1 - s->translucence) * passed;
+        double diffused = s->translucence > 0 ? s->translucent[k] * s->translucence * passed : 0;
         double through = s->base[k] * s->transmission * dielectric;
         double rise = rt_max(s->f0 + edge, f0[k]) - f0[k];
         r->diffuse[k] = diffuse * (1 - lost);
         r->diffuse_edge[k] = diffuse * lost_edge;
+        r->diffused[k] = diffused * (1 - lost);
+        r->diffused_edge[k] = diffused * lost_edge;
         r->specular[k] = dielectric * weight * f0[k] + s->metallic * s->base[k];
         r->specular_edge[k] = dielectric * weight * rise + s->metallic * (1 - s->base[k]);
         r->through[k] = through * (1 - lost);
@@ -194,9 +200,10 @@ bool rt_reflect(const struct rt_reflector *r, const double l[3], double out[3])
         if (has_film)
             largest = film_reflects(&r->film, half.v_dot_h, half.w, filmed);
         for (int k = 0; k < 3; k++)
-            out[k] = (has_film ? r->film.through[k] * (1 - largest)
-                               : r->through[k] - half.w * r->through_edge[k]) *
-                     lobe * -n_dot_l * rt_lobes_passed(&r->lobes);
+            out[k] = (has_film ? (r->film.through[k] * lobe + r->film.diffused[k]) * (1 - largest)
+                               : (r->through[k] - half.w * r->through_edge[k]) * lobe +
+                                     r->diffused[k] - half.w * r->diffused_edge[k]) *
+                     -n_dot_l * rt_lobes_passed(&r->lobes);
     }
     return out[0] > 0 || out[1] > 0 || out[2] > 0;
 }
@@ -253,10 +260,13 @@ void rt_reflect_hemisphere(const struct scene_state *state, const struct rt_refl
         double ground = (double)state->ground[k], range = (double)state->sky[k] - ground;
         double f0 = weight * f0s[k] + (metal[k] - weight * f0s[k]) * s->metallic;
         double edge = weight * most + (1 - weight * most) * s->metallic;
-        double diffuse =
-            s->base[k] * (1 - s->metallic) * (1 - s->transmission) * (1 - weight * largest);
-        double base = diffuse * (ground + range * up) +
-                      (ground + range * mirror_up) * (f0 * split[0] + edge * split[1]);
+        double diffuse = (1 - s->metallic) * (1 - s->transmission) * (1 - weight * largest);
+        double behind = s->translucence > 0
+                            ? s->translucence * s->translucent[k] * (ground + range * (1 - up))
+                            : 0;
+        double base =
+            diffuse * (s->base[k] * (1 - s->translucence) * (ground + range * up) + behind) +
+            (ground + range * mirror_up) * (f0 * split[0] + edge * split[1]);
         double fibres = r->lobes.has_sheen
                             ? r->lobes.color[k] * r->lobes.sheen_sent * (ground + range * up)
                             : 0;

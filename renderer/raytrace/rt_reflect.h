@@ -13,7 +13,7 @@ struct rt_filmed {
     double dielectric, interface;     /* share of the base; weight of its reflection */
     double f0[3], edge[3];            /* of the interface, and what it rises to */
     double base[3];
-    double diffuse[3], through[3]; /* with what the interface reflects */
+    double diffuse[3], through[3], diffused[3]; /* with what the interface reflects */
 };
 
 /* An anisotropic lobe (KHR_materials_anisotropy). */
@@ -35,10 +35,12 @@ struct rt_reflector {
     double diffuse[3], diffuse_edge[3]; /* 1/sr */
     double specular[3], specular_edge[3];
     double through[3], through_edge[3]; /* of the mirrored lobe: through - w * through_edge */
-    bool transmits;                     /* light that arrives from behind, too */
-    struct rt_grain grain;              /* of the lobe, where it has one */
-    struct rt_filmed film;              /* instead of these, where there is one */
-    struct rt_lobes lobes;              /* over all of these */
+    double diffused[3];                 /* from behind: diffused - w * diffused_edge [1/sr] */
+    double diffused_edge[3];
+    bool transmits;        /* light that arrives from behind, too */
+    struct rt_grain grain; /* of the lobe, where it has one */
+    struct rt_filmed film; /* instead of these, where there is one */
+    struct rt_lobes lobes; /* over all of these */
 };
 
 /* view: unit, away from the surface. */

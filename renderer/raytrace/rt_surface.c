@@ -311,7 +311,14 @@ static void evaluate_lobes(const struct place *place, struct rt_surface *s)
         sample_slot(place, SCENE_TEXTURE_SHEEN_ROUGHNESS, texel);
         s->sheen_roughness = (double)m->sheen_roughness * texel[3];
     }
-    s->film = s->grain = 0;
+    s->film = s->grain = s->translucence = 0;
+    if (m->diffuse_transmission > 0) {
+        sample_slot(place, SCENE_TEXTURE_DIFFUSE_TRANSMISSION, texel);
+        s->translucence = (double)m->diffuse_transmission * texel[3];
+        sample_slot(place, SCENE_TEXTURE_DIFFUSE_TRANSMISSION_COLOR, texel);
+        for (int k = 0; k < 3; k++)
+            s->translucent[k] = (double)m->diffuse_transmission_color[k] * texel[k];
+    }
     if (m->anisotropy > 0)
         evaluate_grain(place, s);
     if (m->iridescence > 0) {

@@ -25,7 +25,8 @@ bool rt_terminator_find(const struct rt_scene *scene, const struct rt_hit *hit,
         vertices[i] -= mesh->first_vertex;
     for (int i = 0; i < 3; i++)
         normals[i] = mesh->normals + 3 * (size_t)vertices[i];
-    if (is_flat(normals))
+    /* above a surface that diffuses light from behind, that light would be in its shadow */
+    if (is_flat(normals) || mesh->material->diffuse_transmission > 0)
         return false;
     *start = (struct rt_smooth_start){.offset = {0}};
     for (int i = 0; i < 3; i++) {

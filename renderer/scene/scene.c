@@ -289,6 +289,11 @@ static bool is_material(const struct scene *scene, const struct scene_material *
     if (!in_range(m->specular, 0, 1) || !in_range(m->clearcoat, 0, 1) ||
         !in_range(m->clearcoat_roughness, 0, 1) || !in_range(m->sheen_roughness, 0, 1))
         return false;
+    for (int i = 0; i < 3; i++)
+        if (!in_range(m->diffuse_transmission_color[i], 0, 1))
+            return false;
+    if (!in_range(m->diffuse_transmission, 0, 1))
+        return false;
     if (!in_range(m->anisotropy, 0, 1) || !blob_are_finite(&m->anisotropy_rad, 1))
         return false;
     if (!in_range(m->iridescence, 0, 1) ||

@@ -104,7 +104,8 @@ MUST_CHECK bool scene_open_head(struct scene *scene, const void *head, size_t he
 static inline bool scene_slot_is_srgb(int slot)
 {
     return slot == SCENE_TEXTURE_BASE_COLOR || slot == SCENE_TEXTURE_EMISSIVE ||
-           slot == SCENE_TEXTURE_SPECULAR_COLOR || slot == SCENE_TEXTURE_SHEEN_COLOR;
+           slot == SCENE_TEXTURE_SPECULAR_COLOR || slot == SCENE_TEXTURE_SHEEN_COLOR ||
+           slot == SCENE_TEXTURE_DIFFUSE_TRANSMISSION_COLOR;
 }
 
 /* The scene that holds the vertices and indices which a primitive counts from. */

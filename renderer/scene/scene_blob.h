@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 #define SCENE_BLOB_MAGIC "VITRAIL" /* 8 bytes with the NUL */
-enum { SCENE_BLOB_VERSION = 11 };  /* any change of a record or of its meaning raises it */
+enum { SCENE_BLOB_VERSION = 12 };  /* any change of a record or of its meaning raises it */
 
 enum scene_section {
     SCENE_STRINGS,    /* char */
@@ -233,6 +233,8 @@ enum scene_texture_slot {
     SCENE_TEXTURE_IRIDESCENCE,           /* linear; R */
     SCENE_TEXTURE_IRIDESCENCE_THICKNESS, /* linear; G */
     SCENE_TEXTURE_ANISOTROPY,            /* linear; RG direction in the tangent frame, B strength */
+    SCENE_TEXTURE_DIFFUSE_TRANSMISSION,  /* linear; A */
+    SCENE_TEXTURE_DIFFUSE_TRANSMISSION_COLOR, /* sRGB */
     SCENE_TEXTURE_SLOT_COUNT
 };
 
@@ -269,6 +271,8 @@ struct scene_material {
     float sheen_color[3], sheen_roughness; /* KHR_materials_sheen [0,1]; black = none */
     float iridescence, film_ior;           /* KHR_materials_iridescence [0,1]; 0 = none; [1, 100] */
     float film_nm[2];                      /* thickness of its film where its texture is 0, and 1 */
+    float diffuse_transmission, diffuse_transmission_color[3]; /* KHR_materials_diffuse_transmission
+                                                                  [0,1]; 0 = none */
     float anisotropy, anisotropy_rad; /* KHR_materials_anisotropy [0,1]; 0 = none; from the tangent,
                                          counter-clockwise */
     uint32_t alpha_mode;              /* enum scene_alpha_mode */

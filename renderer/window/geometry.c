@@ -167,6 +167,9 @@ static bool slot_matters(const struct scene_material *m, int slot)
         return m->iridescence > 0;
     case SCENE_TEXTURE_ANISOTROPY:
         return m->anisotropy > 0;
+    case SCENE_TEXTURE_DIFFUSE_TRANSMISSION:
+    case SCENE_TEXTURE_DIFFUSE_TRANSMISSION_COLOR:
+        return m->diffuse_transmission > 0;
     default:
         return true;
     }

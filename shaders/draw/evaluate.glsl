@@ -143,6 +143,9 @@ surface_lobes evaluate_lobes()
     lobes.grain = evaluate_grain(m + 1u, evaluate_vertex_normal(evaluate_to_viewer()),
                                  r.LOBES_GRAIN.xyz);
 #endif
+    lobes.translucent = r.LOBES_TRANSLUCENT;
+    lobes.translucent.rgb *= evaluate_texel(m + 1u, SLOT_DIFFUSE_TRANSMISSION_COLOR).rgb;
+    lobes.translucent.w *= evaluate_texel(m + 1u, SLOT_DIFFUSE_TRANSMISSION).a;
     lobes.film.x = film.x * evaluate_texel(m + 1u, SLOT_IRIDESCENCE).r;
     lobes.film.y = mix(film.z, film.w, evaluate_texel(m + 1u, SLOT_IRIDESCENCE_THICKNESS).g);
 #endif

@@ -12,6 +12,7 @@ struct surface_lobes {
 #ifdef HAS_MORE_LOBES
     vec2 film;  // weight; thickness [nm]
     vec4 grain; // unit, view space; strength, 0 where there is none
+    vec4 translucent; // colour and share of what is diffused from behind
 #endif
 };
 
@@ -45,12 +46,14 @@ uvec4 more_lobes_pack(surface_lobes lobes)
     uint thickness = floatBitsToUint(max(lobes.film.y, 0.0)) + 64u >> 7;
     uint strength = uint(clamp(lobes.grain.w, 0.0, 1.0) * 255.0 + 0.5);
     vec3 along = lobes.grain.w > 0.0 ? lobes.grain.xyz : vec3(0.0, 0.0, 1.0);
-    return uvec4(weight << 24 | thickness & 0xffffffu, pack_unit(along), strength << 24, 0u);
+    return uvec4(weight << 24 | thickness & 0xffffffu, pack_unit(along), strength << 24,
+                 packUnorm4x8(lobes.translucent));
 }
 
 void more_lobes_unpack(uvec4 words, inout surface_lobes lobes)
 {
     lobes.film = vec2(float(words.x >> 24) / 255.0, uintBitsToFloat((words.x & 0xffffffu) << 7));
     lobes.grain = vec4(unpack_unit(words.y), float(words.z >> 24) / 255.0);
+    lobes.translucent = unpackUnorm4x8(words.w);
 }
 #endif

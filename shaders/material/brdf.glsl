@@ -48,6 +48,7 @@ struct brdf_input {
     float below_sheen, below_coat; // shares of the light of what lies below that come through
 #ifdef HAS_MORE_LOBES
     vec3 film;  // weight, index of refraction, thickness [nm]; weight 0 without MATERIAL_FILM
+    vec4 translucent; // colour, share; 0 without MATERIAL_TRANSLUCENT
     vec4 grain; // across the normal, unit; roughness squared along it, 0 without MATERIAL_GRAIN
 #endif
 };
@@ -102,6 +103,16 @@ float brdf_fresnel(brdf_input b, float cosine)
     return largest_of(brdf_interface(b, cosine));
 }
 
+// Whether light from behind is sent on: through the surface, or diffused by it.
+bool brdf_passes(brdf_input b)
+{
+    bool passes = b.transmission > 0.0;
+#ifdef HAS_MORE_LOBES
+    passes = passes || MATERIAL_MAY_BE(MATERIAL_TRANSLUCENT) && b.translucent.w > 0.0;
+#endif
+    return passes && b.metallic < 1.0;
+}
+
 // f * cosine of the base for light arriving from direction l.
 vec3 brdf_evaluate_base(brdf_input b, vec3 l)
 {
@@ -113,6 +124,10 @@ vec3 brdf_evaluate_base(brdf_input b, vec3 l)
         float lobe = brdf_lobe(b, h, l, n_dot_l, n_dot_v);
         float w = schlick_weight(dot(b.view, h));
         vec3 diffuse = b.base * ((1.0 - b.transmission) / PI);
+#ifdef HAS_MORE_LOBES
+        if (MATERIAL_MAY_BE(MATERIAL_TRANSLUCENT))
+            diffuse *= 1.0 - b.translucent.w;
+#endif
         vec3 dielectric = brdf_dielectric(b, diffuse, lobe, dot(b.view, h));
         vec3 metal = b.base + (1.0 - b.base) * w;
 #ifdef HAS_MORE_LOBES
@@ -121,7 +136,7 @@ vec3 brdf_evaluate_base(brdf_input b, vec3 l)
 #endif
         metal *= lobe;
         result = mix(dielectric, metal, b.metallic) * n_dot_l;
-    } else if (b.transmission > 0.0 && b.metallic < 1.0) {
+    } else if (brdf_passes(b)) {
         // KHR_materials_transmission: the reflection lobe, mirrored to the other side of the thin
         // surface
         vec3 mirrored = normalize(l - 2.0 * n_dot_l * b.normal);
@@ -130,6 +145,12 @@ vec3 brdf_evaluate_base(brdf_input b, vec3 l)
         float lobe = brdf_lobe(b, h, mirrored, max(cosine, 1e-4), n_dot_v);
         float fresnel = brdf_fresnel(b, dot(b.view, h));
         result = b.base * (b.transmission * (1.0 - fresnel) * (1.0 - b.metallic) * lobe * cosine);
+#ifdef HAS_MORE_LOBES
+        if (MATERIAL_MAY_BE(MATERIAL_TRANSLUCENT))
+            result += b.translucent.rgb *
+                      (b.translucent.w * (1.0 - b.transmission) * (1.0 - fresnel) *
+                       (1.0 - b.metallic) * cosine / PI);
+#endif
     }
     return result;
 }

@@ -71,6 +71,8 @@ material_uv material_coordinates(uint m, int slot, vec2 uv_0, vec2 uv_1)
 #define SLOT_IRIDESCENCE 14
 #define SLOT_IRIDESCENCE_THICKNESS 15
 #define SLOT_ANISOTROPY 16
+#define SLOT_DIFFUSE_TRANSMISSION 17
+#define SLOT_DIFFUSE_TRANSMISSION_COLOR 18
 
 vec4 material_texel(uint m, int slot, vec2 uv_0, vec2 uv_1, vec4 otherwise)
 {

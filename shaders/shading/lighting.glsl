@@ -114,7 +114,7 @@ bool light_may_be_sent(light_record r, brdf_input b, vec3 position)
 {
     vec3 l;
     vec3 arriving = light_arriving(r, position, l);
-    bool is_seen = b.transmission > 0.0 || dot(b.normal, l) > 0.0;
+    bool is_seen = brdf_passes(b) || dot(b.normal, l) > 0.0;
     return is_seen && max(arriving.r, max(arriving.g, arriving.b)) > 0.0;
 }
 #endif
@@ -130,6 +130,10 @@ vec3 light_sent(light_record r, brdf_input b, vec3 position, vec3 geo_normal)
         if (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
 #ifdef HAS_NORMAL_OFFSET
             vec3 start = position + light_normal_offset * geo_normal;
+#ifdef HAS_MORE_LOBES
+            if (MATERIAL_MAY_BE(MATERIAL_TRANSLUCENT) && b.translucent.w > 0.0)
+                start = position; // above the surface light from behind would be in its shadow
+#endif
 #else
             vec3 start = position;
 #endif
@@ -245,7 +249,16 @@ vec3 ambient_lobes(brdf_input b, ambient_light around, vec2 split, float n_dot_v
     float dielectric = (1.0 - b.metallic) * (1.0 - b.transmission) * (1.0 - largest_of(f0));
     f0 = mix(f0, metal, b.metallic);
     float edge = mix(b.specular.w * dielectric_grazing(b.f0), 1.0, b.metallic);
-    vec3 sent = b.base * dielectric * around.irradiance +
+    vec3 diffused = b.base * around.irradiance;
+#if defined HAS_MORE_LOBES && defined HAS_ENVIRONMENT
+    if (MATERIAL_MAY_BE(MATERIAL_TRANSLUCENT)) {
+        vec3 behind = mix(u_ground, u_sky, 0.5 - 0.5 * dot(u_world_y, b.normal));
+        diffused = mix(diffused, b.translucent.rgb * behind, b.translucent.w);
+    }
+#elif defined HAS_MORE_LOBES
+    diffused *= 1.0 - b.translucent.w; // light of a map from behind is left out
+#endif
+    vec3 sent = diffused * dielectric +
                 around.mirrored * (f0 * split.x + edge * split.y);
     sent *= b.below_sheen;
     if (MATERIAL_MAY_BE(MATERIAL_SHEEN))
@@ -302,6 +315,7 @@ void lighting_add_lobes(inout brdf_input b, lit_surface at, uint flags)
     if (MATERIAL_IS(flags, MATERIAL_FILM))
         b.film = vec3(lobes.film.x, materials[materials[at.s.material].lobes].LOBES_FILM.y,
                       lobes.film.y);
+    b.translucent = MATERIAL_IS(flags, MATERIAL_TRANSLUCENT) ? lobes.translucent : vec4(0.0);
     vec3 along = lobes.grain.xyz - b.normal * dot(b.normal, lobes.grain.xyz);
     b.grain = vec4(0.0);
     if (MATERIAL_IS(flags, MATERIAL_GRAIN) && lobes.grain.w > 0.0 && dot(along, along) > 1e-12)

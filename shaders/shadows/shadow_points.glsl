@@ -18,8 +18,8 @@ uint point_flags(surface s, bool is_lit)
 {
     uint flags = materials[s.material].flags;
     is_lit = is_lit && (flags & MATERIAL_UNLIT) == 0u;
-    return (is_lit ? 0u : SHADOW_POINT_UNLIT) |
-           ((flags & MATERIAL_TRANSMISSION) != 0u ? SHADOW_POINT_TRANSMITS : 0u) |
+    bool transmits = (flags & (MATERIAL_TRANSMISSION | MATERIAL_TRANSLUCENT)) != 0u;
+    return (is_lit ? 0u : SHADOW_POINT_UNLIT) | (transmits ? SHADOW_POINT_TRANSMITS : 0u) |
            ((flags & MATERIAL_NO_SELF_SHADOW) != 0u ? (s.node + 1u) << SHADOW_POINT_EXCLUDED_NODE
                                                     : 0u);
 }

@@ -72,9 +72,11 @@ LAYOUT_SIZE(face_record, 256)
 #define MATERIAL_FILM 16384u     /* a thin film over the base (KHR_materials_iridescence) */
 
 #define MATERIAL_GRAIN 32768u /* anisotropic: KHR_materials_anisotropy */
+#define MATERIAL_TRANSLUCENT \
+    0x20000u /* diffuses light from behind: KHR_materials_diffuse_transmission */
 
 /* Those with the second word of four of lobes.glsl. */
-#define MATERIAL_MORE_LOBES (MATERIAL_FILM | MATERIAL_GRAIN)
+#define MATERIAL_MORE_LOBES (MATERIAL_FILM | MATERIAL_GRAIN | MATERIAL_TRANSLUCENT)
 #define MATERIAL_LOBES \
     (MATERIAL_SPECULAR | MATERIAL_CLEARCOAT | MATERIAL_SHEEN | MATERIAL_MORE_LOBES)
 
@@ -110,7 +112,8 @@ struct material_record {
 /* x weight of the film, y its index of refraction, z and w thickness [nm] where the texture is 0
  * and 1 */
 #define LOBES_FILM transmission_f0_thickness
-#define LOBES_GRAIN edge_color /* x strength; y, z cosine and sine of its turn; w unused */
+#define LOBES_TRANSLUCENT attenuation /* rgb colour of what is diffused; w its share */
+#define LOBES_GRAIN edge_color        /* x strength; y, z cosine and sine of its turn; w unused */
 LAYOUT(material_record, flags, 96)
 LAYOUT(material_record, uv_transforms, 112)
 LAYOUT_SIZE(material_record, 336)

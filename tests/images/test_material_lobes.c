@@ -119,6 +119,48 @@ static const struct glb_material_desc grains[SPHERES] = {
      .clearcoat_roughness = 0.5},
 };
 
+static const struct glb_material_desc leaves[SPHERES] = {
+    {.base_color = {0.2, 0.5, 0.1, 1},
+     .roughness = 0.7,
+     .is_double_sided = true,
+     .diffuse_transmission = 0.5,
+     .diffuse_transmission_color = {0.5, 0.9, 0.1}},
+    {.base_color = {0.9, 0.9, 0.9, 1},
+     .roughness = 0.5,
+     .is_double_sided = true,
+     .diffuse_transmission = 1,
+     .diffuse_transmission_color = {1, 0.3, 0.2}},
+    {.base_color = {0.9, 0.9, 0.9, 1},
+     .roughness = 0.6,
+     .metallic = 0.5,
+     .is_double_sided = true,
+     .diffuse_transmission = 0.8,
+     .diffuse_transmission_color = {1, 1, 1},
+     .iridescence = 1,
+     .film_most_nm = 400},
+    {.base_color = {0.3, 0.3, 0.8, 1},
+     .roughness = 0.6,
+     .is_double_sided = true,
+     .diffuse_transmission = 0.7,
+     .diffuse_transmission_color = {0.4, 0.4, 1},
+     .clearcoat = 0.8,
+     .clearcoat_roughness = 0.4,
+     .sheen_color = {0.3, 0.3, 0.3},
+     .sheen_roughness = 0.6},
+    {.base_color = {0.5, 0.8, 0.6, 1},
+     .roughness = 0.6,
+     .is_double_sided = true,
+     .transmission = 0.5,
+     .diffuse_transmission = 0.6,
+     .diffuse_transmission_color = {0.9, 0.6, 0.2}},
+    {.base_color = {0.6, 0.6, 0.3, 0.6},
+     .alpha_mode = GLB_BLEND,
+     .roughness = 0.7,
+     .is_double_sided = true,
+     .diffuse_transmission = 0.6,
+     .diffuse_transmission_color = {0.9, 0.9, 0.3}},
+};
+
 /* One picture for all: its channels differ, and its colours do as a normal map, too. */
 static void add_textures(struct glb_builder *builder, struct glb_material_desc *material)
 {
@@ -145,6 +187,7 @@ static void add_textures(struct glb_builder *builder, struct glb_material_desc *
     material->clearcoat_normal_texture = ref;
     material->sheen_color_texture = material->sheen_roughness_texture = ref;
     material->iridescence_texture = material->iridescence_thickness_texture = ref;
+    material->diffuse_transmission_texture = material->diffuse_transmission_color_texture = ref;
     image = glb_builder_add_image(builder, "Combs", combs, SIDE, SIDE);
     ref.texture = glb_builder_add_texture(
         builder, &(struct glb_texture_desc){.image = image, .filter = GLB_FILTER_LINEAR});
@@ -156,6 +199,7 @@ struct row {
     const char *name;
     const struct glb_material_desc *materials; /* SPHERES of them */
     bool is_textured;
+    bool has_sheets; /* squares instead of spheres, with a second lamp behind them */
 };
 
 static void open_row(struct rig_scene *rig, struct renderer *renderer, const struct row *row)
@@ -170,7 +214,10 @@ static void open_row(struct rig_scene *rig, struct renderer *renderer, const str
         if (row->is_textured)
             add_textures(builder, &material);
         struct glb_node_desc node = {.translation = {2.2 * i - 1.1 * (SPHERES - 1), 0, 0}};
-        shape_add_sphere(&shape, (double[]){0, 0, 0}, 1, 64, 32);
+        if (row->has_sheets)
+            shape_add_quad(&shape, (double[]){-1, -1, 0}, (double[]){2, 0, 0}, (double[]){0, 2, 0});
+        else
+            shape_add_sphere(&shape, (double[]){0, 0, 0}, 1, 64, 32);
         node.mesh = shape_give_mesh(&shape, builder, "Sphere",
                                     glb_builder_add_material(builder, &material));
         glb_builder_add_node(builder, &node);
@@ -182,17 +229,18 @@ static void open_row(struct rig_scene *rig, struct renderer *renderer, const str
     free(glb);
 }
 
-static const struct view_light lamp = {
-    .type = SCENE_LIGHT_POINT, .position = {1, 3, 5}, .color = {1, 1, 1}, .intensity = 90};
+static const struct view_light lamps[] = {
+    {.type = SCENE_LIGHT_POINT, .position = {1, 3, 5}, .color = {1, 1, 1}, .intensity = 90},
+    {.type = SCENE_LIGHT_POINT, .position = {-1, 2, -6}, .color = {1, 1, 1}, .intensity = 190}};
 
-static struct view look(bool is_sky)
+static struct view look(bool is_sky, size_t lamp_count)
 {
     return (struct view){
         .width_px = WIDTH,
         .height_px = HEIGHT,
         .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {0, 0, 20}, .ortho_height = 2.2},
-        .lights = &lamp,
-        .light_count = is_sky ? 0 : 1,
+        .lights = lamps,
+        .light_count = is_sky ? 0 : lamp_count,
         .has_environment = is_sky,
         .sky = {1, 0.9, 0.8},
         .ground = {0.1, 0.2, 0.3},
@@ -206,7 +254,7 @@ static void compare(struct renderer *renderer, const struct row *row, int sample
     struct rig_scene rig;
     open_row(&rig, renderer, row);
     for (int is_sky = 0; is_sky < 2; is_sky++) {
-        struct view view = look(is_sky);
+        struct view view = look(is_sky, row->has_sheets ? 2 : 1);
         view.quality.samples = samples;
         struct image drawn = shoot_color(renderer, &rig, &view);
         view.quality.shadows = SHADOWS_RAYTRACED;
@@ -228,20 +276,21 @@ static void compare(struct renderer *renderer, const struct row *row, int sample
 
 static void pictures_equal_the_reference(void **state)
 {
-    const struct row row = {"lobes", materials, false};
+    const struct row row = {.name = "lobes", .materials = materials};
     compare(*state, &row, 1, 0.002);
     compare(*state, &row, 4, 0.05); /* the silhouettes are 4.4 % of the pixels */
 }
 
 static void pictures_with_textures_equal_the_reference(void **state)
 {
-    const struct row row = {"lobes_textured", materials, true};
+    const struct row row = {.name = "lobes_textured", .materials = materials, .is_textured = true};
     compare(*state, &row, 1, 0.03);
 }
 
 static void films_equal_the_reference(void **state)
 {
-    const struct row plain = {"films", films, false}, textured = {"films_textured", films, true};
+    const struct row plain = {.name = "films", .materials = films};
+    const struct row textured = {.name = "films_textured", .materials = films, .is_textured = true};
     compare(*state, &plain, 1, 0.002);
     compare(*state, &plain, 4, 0.06); /* beside the silhouettes films change by the pixel */
     compare(*state, &textured, 1, 0.03);
@@ -251,11 +300,45 @@ static void films_equal_the_reference(void **state)
  * pixel. */
 static void grains_equal_the_reference(void **state)
 {
-    const struct row plain = {"grains", grains, false},
-                     textured = {"grains_textured", grains, true};
+    const struct row plain = {.name = "grains", .materials = grains};
+    const struct row textured = {
+        .name = "grains_textured", .materials = grains, .is_textured = true};
     compare(*state, &plain, 1, 0.002);
     compare(*state, &plain, 4, 0.06);
     compare(*state, &textured, 1, 0.03);
+}
+
+/* Lit from both sides, through their own shadows: by rays, and by maps. */
+static void leaves_equal_the_reference(void **state)
+{
+    const struct row plain = {"leaves", leaves, false, true};
+    const struct row textured = {"leaves_textured", leaves, true, true};
+    compare(*state, &plain, 1, 0.002);
+    compare(*state, &plain, 4, 0.06);
+    compare(*state, &textured, 1, 0.03);
+}
+
+static void leaves_let_light_through_under_every_map(void **state)
+{
+    static const enum shadow_technique techniques[] = {SHADOWS_MAP, SHADOWS_DEEP};
+    const struct row row = {"leaves", leaves, false, true};
+    struct rig_scene rig;
+    open_row(&rig, *state, &row);
+    struct view view = look(false, 2);
+    view.quality.reference = true;
+    view.quality.shadows = SHADOWS_RAYTRACED;
+    struct image traced = shoot_color(*state, &rig, &view);
+    view.quality.reference = false;
+    for (int i = 0; i < 2; i++) {
+        view.quality.shadows = techniques[i];
+        struct image drawn = shoot_color(*state, &rig, &view);
+        double share = image_share_differing(&drawn, &traced, 0.02, 0.05);
+        print_message("%d: %.3f %% of pixels differ\n", (int)techniques[i], 100 * share);
+        assert_true(share < 0.002);
+        image_finish(&drawn);
+    }
+    image_finish(&traced);
+    rig_scene_finish(&rig, *state);
 }
 
 int main(void)
@@ -265,6 +348,8 @@ int main(void)
         cmocka_unit_test(pictures_with_textures_equal_the_reference),
         cmocka_unit_test(films_equal_the_reference),
         cmocka_unit_test(grains_equal_the_reference),
+        cmocka_unit_test(leaves_equal_the_reference),
+        cmocka_unit_test(leaves_let_light_through_under_every_map),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -80,6 +80,10 @@ static struct rt_surface surface_of(const struct scene_material *material)
         .sheen_roughness = (double)material->sheen_roughness,
         .film = (double)material->iridescence,
         .film_nm = (double)material->film_nm[1],
+        .translucence = (double)material->diffuse_transmission,
+        .translucent = {(double)material->diffuse_transmission_color[0],
+                        (double)material->diffuse_transmission_color[1],
+                        (double)material->diffuse_transmission_color[2]},
         .grain = (double)material->anisotropy,
         .along = {cos((double)material->anisotropy_rad), sin((double)material->anisotropy_rad),
                   0.3}};
@@ -329,6 +333,56 @@ static void without_a_difference_a_grain_is_round(void **state)
     assert_true(fabs(out[0] - round[0]) < 1e-9);
 }
 
+/* Straight from behind, Lambert's term less what the interface reflects. */
+static void leaves_diffuse_light_from_behind(void **state)
+{
+    (void)state;
+    const struct scene_material m = {.base_color = {1, 1, 1, 1},
+                                     .roughness = 0.5f,
+                                     .diffuse_transmission = 0.5f,
+                                     .diffuse_transmission_color = {1, 0.25f, 0}};
+    double ahead[3] = {0, 0, 1}, behind[3] = {0, 0, -1}, out[3], lobe = 1 / (4 * pi * 0.0625);
+    reflect(&m, ahead, behind, out);
+    for (int k = 0; k < 3; k++) {
+        double color = (double)m.diffuse_transmission_color[k];
+        assert_true(fabs(out[k] - color * 0.5 * 0.96 / pi) < 1e-9);
+    }
+    reflect(&m, ahead, ahead, out);
+    assert_true(fabs(out[0] - (0.5 * 0.96 / pi + 0.04 * lobe)) < 1e-9);
+}
+
+/* Of a uniform light on both sides, a white leaf sends what a white wall sends of one. */
+static void leaves_share_the_light_of_both_sides(void **state)
+{
+    (void)state;
+    static const double cosines[] = {0.08, 0.3, 0.6, 1};
+    enum { STEPS = 300 };
+    for (int share = 1; share <= 3; share++)
+        for (size_t c = 0; c < 4; c++) {
+            struct scene_material m = {.base_color = {1, 1, 1, 1}, .roughness = 0.5f};
+            struct rt_reflector reflector;
+            double view[3], bare[3], out[3], behind = 0;
+            furnace(&m, cosines[c], bare);
+            m.diffuse_transmission = (float)share / 3;
+            m.diffuse_transmission_color[0] = 1;
+            furnace(&m, cosines[c], out);
+            struct rt_surface surface = surface_of(&m);
+            direction(cosines[c], 0, view);
+            rt_reflector_init(&reflector, &surface, view);
+            for (int i = 0; i < STEPS; i++)
+                for (int j = 0; j < STEPS; j++) {
+                    double light[3], sent[3];
+                    direction((i + 0.5) / STEPS, pi * (j + 0.5) / STEPS, light);
+                    light[2] = -light[2];
+                    if (rt_reflect(&reflector, light, sent))
+                        behind += sent[0] * 2 * pi / (STEPS * STEPS);
+                }
+            if (fabs(out[0] + behind - bare[0]) > 0.003)
+                fail_msg("share %d/3, cosine %g: %g and %g from behind, not %g", share, cosines[c],
+                         out[0], behind, bare[0]);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -342,6 +396,8 @@ int main(void)
         cmocka_unit_test(grains_add_no_light),
         cmocka_unit_test(a_grain_is_wide_along_its_direction),
         cmocka_unit_test(without_a_difference_a_grain_is_round),
+        cmocka_unit_test(leaves_diffuse_light_from_behind),
+        cmocka_unit_test(leaves_share_the_light_of_both_sides),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -429,6 +429,12 @@ static void material_factors_outside_their_range_are_refused_by_name(void **stat
          ERROR_INVALID_SCENE, "anisotropyStrength is -0.5"},
         {MATERIAL("'extensions':{'KHR_materials_dispersion':{'dispersion':-1}}"),
          ERROR_INVALID_SCENE, "dispersion is -1"},
+        {MATERIAL("'extensions':{'KHR_materials_diffuse_transmission':{"
+                  "'diffuseTransmissionFactor':2}}"),
+         ERROR_INVALID_SCENE, "diffuseTransmissionFactor is 2"},
+        {MATERIAL("'extensions':{'KHR_materials_diffuse_transmission':{"
+                  "'diffuseTransmissionColorFactor':[0,0,-1]}}"),
+         ERROR_INVALID_SCENE, "diffuseTransmissionColorFactor is -1"},
         {MATERIAL("'alphaMode':'GLOW'"), ERROR_INVALID_SCENE, "alphaMode is 'GLOW'"},
         {MATERIAL("'emissiveFactor':[-1,0,0]"), ERROR_INVALID_SCENE, "emissiveFactor is -1"},
         {MATERIAL("'extras':{'vitrail':{'pass_through':{'model':'fog'}}}"), ERROR_INVALID_SCENE,

@@ -286,6 +286,8 @@ static void materials_carry_their_lobes(void **state)
                  "'KHR_materials_iridescence':{'iridescenceFactor':0.5,'iridescenceIor':1.5,"
                  "'iridescenceThicknessMaximum':650},"
                  "'KHR_materials_anisotropy':{'anisotropyStrength':0.5,'anisotropyRotation':-9},"
+                 "'KHR_materials_diffuse_transmission':{'diffuseTransmissionFactor':0.5,"
+                 "'diffuseTransmissionColorFactor':[1,0.5,0]},"
                  "'KHR_materials_dispersion':{'dispersion':0}}"));
     const struct scene_material *m = &s.scene.materials[0], *plain = &s.scene.materials[1];
     assert_int_equal(m->flags, SCENE_MATERIAL_SPECULAR);
@@ -295,6 +297,8 @@ static void materials_carry_their_lobes(void **state)
     assert_true(m->iridescence == 0.5f && m->film_ior == 1.5f);
     assert_true(m->film_nm[0] == 100 && m->film_nm[1] == 650 && plain->iridescence == 0);
     assert_true(m->anisotropy == 0.5f && m->anisotropy_rad == -9 && plain->anisotropy == 0);
+    assert_true(m->diffuse_transmission == 0.5f && m->diffuse_transmission_color[1] == 0.5f);
+    assert_true(plain->diffuse_transmission == 0);
     assert_true(plain->flags == 0 && plain->clearcoat == 0 && plain->sheen_color[0] == 0);
     assert_int_equal(s.scene.warning_count, 0);
     imported_scene_finish(&s);
