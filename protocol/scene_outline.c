@@ -196,6 +196,8 @@ static json_t *write_node(const struct outline_node *node)
     json_put(&writer, "bounds", node->has_bounds ? json_numbers(node->bounds, 6) : json_null());
     if (!is_identity(node->matrix))
         json_put_numbers(&writer, "matrix", node->matrix, 16);
+    if (node->is_hidden)
+        json_put_bool(&writer, "visible", false);
     return json_writer_take(&writer);
 }
 
@@ -262,7 +264,8 @@ static bool read_node(const struct json_node *node, const char *name, struct sce
     struct json_node parent = json_member(node, "parent");
     struct json_node materials = json_member(node, "materials");
     struct json_node bounds = json_member(node, "bounds");
-    struct json_node matrix = json_member(node, "matrix");
+    struct json_node matrix = json_member(node, "matrix"), visible = json_member(node, "visible");
+    bool is_visible = true;
     size_t count;
     if (!added || !read_index(&parent, &added->parent) ||
         !json_expect_array(&materials, SCENE_OUTLINE_NODE_MATERIALS_MAX, &count))
@@ -274,6 +277,9 @@ static bool read_node(const struct json_node *node, const char *name, struct sce
     }
     added->material_count = (int)count;
     added->has_bounds = bounds.value;
+    if (!json_read_bool(&visible, &is_visible))
+        return false;
+    added->is_hidden = !is_visible;
     return json_read_numbers(&bounds, 6, -DBL_MAX, DBL_MAX, added->bounds) &&
            json_read_numbers(&matrix, 16, -DBL_MAX, DBL_MAX, added->matrix);
 }

@@ -25,6 +25,7 @@ struct outline_node {
     bool has_bounds;   /* false: no geometry of its own */
     double bounds[6];  /* world [m] at rest: least x y z, greatest x y z */
     double matrix[16]; /* parent from node, column-major; the identity is not written */
+    bool is_hidden;    /* in the file, as "visible": false; written only then */
 };
 
 struct outline_material { /* members as of overrides.materials; factors without their textures */

@@ -263,17 +263,22 @@ export class Model extends EventTarget {
   }
 
   isVisible(index) {
-    return this.#said(index)?.visible !== false;
+    return this.#said(index)?.visible ?? this.#isVisibleAtRest(index);
+  }
+
+  #isVisibleAtRest(index) {
+    return this.scene.outline.nodes[index].visible !== false;
   }
 
   setVisible(index, isVisible) {
     this.edit(`${isVisible ? "Show" : "Hide"} ${this.nodeName(index)}`, (view) =>
-      this.#say(view, index, "visible", isVisible ? undefined : false));
+      this.#say(view, index, "visible", isVisible === this.#isVisibleAtRest(index) ? undefined : isVisible));
   }
 
   showAll() {
     this.edit("Show all", (view) => this.scene.outline.nodes.forEach((_, index) =>
-      this.#said(index, view)?.visible === false && this.#say(view, index, "visible", undefined)));
+      !(this.#said(index, view)?.visible ?? this.#isVisibleAtRest(index))
+        && this.#say(view, index, "visible", this.#isVisibleAtRest(index) ? undefined : true)));
   }
 
   isMoved(index) {

@@ -95,7 +95,7 @@ static void fill_report(const struct plan *plan, const struct resident_scene *sc
         report_warn(report,
                     "neither the scene nor the request has a light: default lighting is used");
     if (state->has_idle_animation)
-        report_warn(report, "the animation moves no mesh, light or camera");
+        report_warn(report, "the animation moves and changes nothing that can be seen");
     if (state->open_section_count)
         report_warn(report, "%zu meshes that a clip plane cuts are not closed: they have no cap",
                     state->open_section_count);

@@ -30,18 +30,37 @@ static bool scan_word(struct scanner *s, const char *const *words, int *index)
 
 /* ---- channels ---- */
 
+static bool scan_pointer_member(struct scanner *s, struct span key, void *object)
+{
+    struct gltf_channel *channel = object;
+    if (!span_is(key, "pointer"))
+        return scanner_skip(s, DEPTH);
+    free(channel->pointer);
+    channel->pointer = NULL;
+    return scanner_text(s, &channel->pointer);
+}
+
+static bool scan_target_extension(struct scanner *s, struct span key, void *object)
+{
+    return span_is(key, "KHR_animation_pointer") ? scanner_object(s, scan_pointer_member, object)
+                                                 : scanner_skip(s, DEPTH);
+}
+
 static bool scan_target_member(struct scanner *s, struct span key, void *object)
 {
-    static const char *const paths[] = {"translation", "rotation", "scale", "weights", NULL};
+    static const char *const paths[] = {"translation", "rotation", "scale",
+                                        "weights",     "pointer",  NULL};
     struct gltf_channel *channel = object;
     int path;
     if (span_is(key, "node"))
         return scan_index(s, &channel->node);
+    if (span_is(key, "extensions"))
+        return scanner_object(s, scan_target_extension, channel);
     if (!span_is(key, "path"))
         return scanner_skip(s, DEPTH);
     if (!scan_word(s, paths, &path))
         return false;
-    channel->path = (enum gltf_path)path;
+    channel->path = paths[path] ? (enum gltf_path)path : GLTF_OTHER_PATH;
     return true;
 }
 
@@ -146,6 +165,8 @@ bool gltf_animations_init(struct gltf_animations *animations, const struct gltf_
 void gltf_animations_finish(struct gltf_animations *animations)
 {
     for (size_t i = 0; i < animations->count; i++) {
+        for (size_t c = 0; c < animations->items[i].channel_count; c++)
+            free(animations->items[i].channels[c].pointer);
         free(animations->items[i].name);
         free(animations->items[i].channels);
         free(animations->items[i].samplers);

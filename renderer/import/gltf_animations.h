@@ -11,7 +11,10 @@ enum gltf_path {
     GLTF_ROTATION,
     GLTF_SCALE,
     GLTF_WEIGHTS,
-    GLTF_OTHER_PATH, /* of an extension, or unknown */
+    GLTF_POINTER, /* KHR_animation_pointer; the two that follow are what a pointer may mean */
+    GLTF_VISIBILITY,
+    GLTF_MEMBER,
+    GLTF_OTHER_PATH, /* unknown */
 };
 
 enum gltf_interpolation { GLTF_STEP, GLTF_LINEAR, GLTF_CUBICSPLINE };
@@ -19,6 +22,11 @@ enum gltf_interpolation { GLTF_STEP, GLTF_LINEAR, GLTF_CUBICSPLINE };
 struct gltf_channel {
     int sampler, node; /* -1 when absent; a channel without a node has no effect */
     enum gltf_path path;
+    char *pointer; /* owned; of KHR_animation_pointer, or NULL */
+    /* As import_animations finds them for GLTF_MEMBER: */
+    int record;         /* the material or light */
+    uint32_t member;    /* renderer/scene/animated_members.h */
+    bool is_of_product; /* emissiveStrength, which is kept multiplied with emissiveFactor */
 };
 
 struct gltf_animation_sampler {

@@ -440,6 +440,16 @@ int light_of(const tinygltf::Node &n)
     return punctual && light < 0 ? GLTF_BAD_LIGHT : light;
 }
 
+/* 1: shown, 0: hidden, -1: the extension says neither. */
+int visibility_of(const tinygltf::Node &n)
+{
+    const tinygltf::Value *visibility = extension(n.extensions, "KHR_node_visibility");
+    const tinygltf::Value *visible = member(visibility, "visible");
+    if (!visible)
+        return 1;
+    return visible->IsBool() ? visible->Get<bool>() : -1;
+}
+
 void convert_node(holder &h, const tinygltf::Node &n)
 {
     gltf_node out = {};
@@ -448,6 +458,7 @@ void convert_node(holder &h, const tinygltf::Node &n)
     out.camera = n.camera;
     out.light = light_of(n);
     out.skin = n.skin;
+    out.visibility = visibility_of(n);
     static const char *const instance_names[GLTF_INSTANCE_ATTRIBUTE_COUNT] = {"TRANSLATION",
                                                                               "ROTATION", "SCALE"};
     const tinygltf::Value *instancing = extension(n.extensions, "EXT_mesh_gpu_instancing");

@@ -120,7 +120,8 @@ enum gltf_instance_attribute { /* of EXT_mesh_gpu_instancing */
 struct gltf_node {
     const char *name;
     int mesh, camera, light, skin;
-    bool is_instanced;                                      /* carries EXT_mesh_gpu_instancing */
+    int visibility;    /* KHR_node_visibility: 1 shown, 0 hidden, -1 neither */
+    bool is_instanced; /* carries EXT_mesh_gpu_instancing */
     int instance_attributes[GLTF_INSTANCE_ATTRIBUTE_COUNT]; /* accessors */
     struct gltf_indices children;
     struct gltf_numbers matrix, translation, rotation, scale;

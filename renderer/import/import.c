@@ -151,7 +151,7 @@ static bool list_warnings(struct importer *importer, struct error *err)
 {
     return warn_count(importer, importer->unmoved_channels, "animation channel",
                       "animation channels",
-                      "not evaluated: they move neither a node nor a morph target", err) &&
+                      "not evaluated: their targets are none that can move here", err) &&
            warn_count(importer, importer->unjointed_primitives, "primitive", "primitives",
                       "of skinned nodes without JOINTS_0 and WEIGHTS_0: they follow no joint",
                       err) &&

@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-/* Animations of nodes and of the weights of morph targets: channels become keys of poses and of
- * deformed nodes. What no channel of ours can say (targets of extensions, weights of nodes without
- * morph targets) is counted and told. */
+/* Animations of nodes, of the weights of morph targets and, by pointers, of members of materials
+ * and lights: channels become keys of poses, deformed nodes and such. What no channel of ours can
+ * say (other pointers, weights of nodes without morph targets) is counted and told. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "renderer/import/gltf_animations.h"
+#include "renderer/import/gltf_pointers.h"
 #include "renderer/import/importer.h"
+#include "renderer/scene/animated_members.h"
 
 /* Per glTF node. */
 struct pose_map {
@@ -38,14 +40,14 @@ static bool mark_targets(struct importer *importer, const struct gltf_animations
     for (size_t a = 0; a < animations->count; a++)
         for (size_t c = 0; c < animations->items[a].channel_count; c++) {
             const struct gltf_channel *channel = &animations->items[a].channels[c];
-            if (channel->path <= GLTF_WEIGHTS && channel->node >= 0 &&
+            if (channel->path != GLTF_OTHER_PATH && channel->node >= 0 &&
                 (size_t)channel->node >= count)
                 return error_set(err, ERROR_INVALID_SCENE,
                                  "animation %zu, channel %zu: there is no node %d", a, c,
                                  channel->node);
             if (!is_of_nodes(channel)) {
                 importer->unmoved_channels +=
-                    channel->path > GLTF_WEIGHTS ||
+                    channel->path == GLTF_OTHER_PATH ||
                     (channel->path == GLTF_WEIGHTS &&
                      (channel->node < 0 || !has_targets(importer, channel->node)));
                 continue;
@@ -102,18 +104,37 @@ static bool find_deformed(const struct importer *importer, struct pose_map *map,
 
 /* ---- keys ---- */
 
+/* Of a value of the file; of weights, of one of them. */
+static int file_components(const struct gltf_channel *channel)
+{
+    switch (channel->path) {
+    case GLTF_ROTATION:
+        return 4;
+    case GLTF_WEIGHTS:
+    case GLTF_VISIBILITY:
+        return 1;
+    case GLTF_MEMBER:
+        return channel->is_of_product ? 1 : (int)animated_member(channel->member)->count;
+    default:
+        return 3;
+    }
+}
+
 /* weights: of the node that the channel moves, for GLTF_WEIGHTS. */
 static bool open_keys(const struct importer *importer, const struct gltf_animation_sampler *sampler,
-                      enum gltf_path path, uint32_t weights, struct accessor *times,
+                      const struct gltf_channel *channel, uint32_t weights, struct accessor *times,
                       struct accessor *values, struct error *err)
 {
-    int components = path == GLTF_ROTATION ? 4 : path == GLTF_WEIGHTS ? 1 : 3;
+    enum gltf_path path = channel->path;
+    int components = file_components(channel);
     uint64_t per_key = sampler->interpolation == GLTF_CUBICSPLINE ? 3 : 1;
     if (!accessor_open(&importer->source, sampler->input, times, err) ||
         !accessor_open(&importer->source, sampler->output, values, err))
         return false;
     if (times->components != 1 || times->component != GLTF_FLOAT)
         return error_set(err, ERROR_INVALID_SCENE, "its times are no float scalars");
+    if (path == GLTF_VISIBILITY && sampler->interpolation != GLTF_STEP)
+        return error_set(err, ERROR_INVALID_SCENE, "visibility goes by STEP alone");
     if (values->components != components)
         return error_set(err, ERROR_INVALID_SCENE, "its values have %d components, not %d",
                          values->components, components);
@@ -169,12 +190,92 @@ static bool append_channel(struct importer *importer, const struct scene_channel
     return true;
 }
 
+/* Multiplies what is kept as a product: emissiveFactor times emissiveStrength. The file's values
+ * are the last of the numbers and grow to three each where they are strengths. */
+static void multiply_emission(const struct importer *importer, const struct gltf_channel *channel,
+                              uint32_t count, float *numbers)
+{
+    const struct gltf_material *material = &importer->document->materials[channel->record];
+    const struct gltf_numbers *factor = &material->emissive;
+    for (uint32_t i = channel->is_of_product ? count : 0; i-- > 0;)
+        for (uint32_t k = 3; k-- > 0;)
+            numbers[3 * i + k] =
+                (float)((double)numbers[i] * (factor->count == 3 ? factor->values[k] : 0));
+    for (uint32_t i = 0; !channel->is_of_product && i < 3 * count; i++)
+        numbers[i] = (float)((double)numbers[i] * material->emissive_strength);
+}
+
+/* Of values, tangents left out: those may be anything. */
+static bool check_range(const struct gltf_channel *channel, enum gltf_interpolation interpolation,
+                        uint32_t count, const float *numbers, struct error *err)
+{
+    const struct animated_member *member = animated_member(channel->member);
+    for (uint32_t i = 0; i < count; i++)
+        for (uint32_t k = 0; k < member->count; k++) {
+            float value = numbers[(size_t)i * member->count + k];
+            if (!(interpolation == GLTF_CUBICSPLINE && i % 3 != 1) &&
+                !(value >= member->least && value <= member->most))
+                return error_set(err, ERROR_INVALID_SCENE, "%s: value %u is %g, not in [%g, %g]",
+                                 channel->pointer, i, (double)value, (double)member->least,
+                                 (double)member->most);
+        }
+    return true;
+}
+
+static bool is_emission(const struct gltf_channel *channel)
+{
+    return channel->path == GLTF_MEMBER &&
+           (int32_t)channel->member == animated_member_find(ANIMATED_MATERIAL, EMISSIVE_FACTOR);
+}
+
+/* Times and values of a channel, from `first` of SCENE_KEYS on. */
+static bool write_keys(struct importer *importer, const struct gltf_animation_sampler *sampler,
+                       const struct gltf_channel *from, const struct accessor *times,
+                       const struct accessor *values, uint64_t first, struct error *err)
+{
+    uint64_t components = from->path == GLTF_MEMBER ? animated_member(from->member)->count
+                                                    : (uint64_t)values->components;
+    uint64_t count = times->count + (uint64_t)values->count * components;
+    float *numbers = blob_writer_append(&importer->writer, SCENE_KEYS, count, err);
+    if (!numbers)
+        return false;
+    if (first + count > UINT32_MAX)
+        return error_set(err, ERROR_TOO_LARGE, "more than %u numbers in animations", UINT32_MAX);
+    float *own = numbers + times->count;
+    if (!read_times(times, numbers, err) || !read_values(values, own, err))
+        return false;
+    if (is_emission(from))
+        multiply_emission(importer, from, values->count, own);
+    return from->path != GLTF_MEMBER ||
+           check_range(from, sampler->interpolation, values->count, own, err);
+}
+
+static int32_t target_of(const struct gltf_channel *channel, const struct pose_map *map)
+{
+    switch (channel->path) {
+    case GLTF_WEIGHTS:
+        return map->deformed[channel->node];
+    case GLTF_VISIBILITY:
+        return map->blob_node[channel->node];
+    case GLTF_MEMBER:
+        return channel->record;
+    default:
+        return map->pose[channel->node];
+    }
+}
+
 static bool write_channel(struct importer *importer, const struct gltf_animation *animation,
                           const struct gltf_channel *from, const struct pose_map *map,
                           struct error *err)
 {
     static const uint32_t interpolations[] = {
         [GLTF_STEP] = SCENE_STEP, [GLTF_LINEAR] = SCENE_LINEAR, [GLTF_CUBICSPLINE] = SCENE_CUBIC};
+    static const uint32_t paths[] = {[GLTF_TRANSLATION] = SCENE_TRANSLATION,
+                                     [GLTF_ROTATION] = SCENE_ROTATION,
+                                     [GLTF_SCALE] = SCENE_SCALE,
+                                     [GLTF_WEIGHTS] = SCENE_WEIGHTS,
+                                     [GLTF_VISIBILITY] = SCENE_VISIBILITY,
+                                     [GLTF_MEMBER] = SCENE_MEMBER};
     struct accessor times, values;
     if (from->sampler < 0 || (size_t)from->sampler >= animation->sampler_count)
         return error_set(err, ERROR_INVALID_SCENE, "there is no sampler %d", from->sampler);
@@ -182,30 +283,37 @@ static bool write_channel(struct importer *importer, const struct gltf_animation
     const struct scene_deformed_node *nodes =
         importer->writer.sections[SCENE_DEFORMED_NODES].records;
     bool moves_weights = from->path == GLTF_WEIGHTS;
-    int32_t target = moves_weights ? map->deformed[from->node] : map->pose[from->node];
-    if (!open_keys(importer, sampler, from->path, moves_weights ? nodes[target].weight_count : 0,
-                   &times, &values, err))
+    int32_t target = target_of(from, map);
+    if (!open_keys(importer, sampler, from, moves_weights ? nodes[target].weight_count : 0, &times,
+                   &values, err))
         return false;
     uint64_t first = importer->writer.sections[SCENE_KEYS].count;
-    uint64_t count = times.count + (uint64_t)values.count * (uint64_t)values.components;
-    float *numbers = blob_writer_append(&importer->writer, SCENE_KEYS, count, err);
-    if (!numbers)
+    if (!write_keys(importer, sampler, from, &times, &values, first, err))
         return false;
-    if (first + count > UINT32_MAX)
-        return error_set(err, ERROR_TOO_LARGE, "more than %u numbers in animations", UINT32_MAX);
-    if (!read_times(&times, numbers, err) || !read_values(&values, numbers + times.count, err))
-        return false;
-    float end_s = numbers[times.count - 1];
-    struct scene_channel channel = {.path = from->path, /* same order */
+    const float *numbers = importer->writer.sections[SCENE_KEYS].records;
+    float end_s = numbers[first + times.count - 1];
+    struct scene_channel channel = {.path = paths[from->path],
                                     .interpolation = interpolations[sampler->interpolation],
                                     .key_count = times.count,
-                                    .first_key = (uint32_t)first};
+                                    .first_key = (uint32_t)first,
+                                    .member = from->path == GLTF_MEMBER ? from->member : 0};
     for (; target >= 0; target = moves_weights ? map->next[target] : -1) {
-        channel.pose = (uint32_t)target;
+        channel.target = (uint32_t)target;
         if (!append_channel(importer, &channel, end_s, err))
             return false;
     }
     return true;
+}
+
+/* Whether the channel moves what the scene shows. */
+static bool is_heard(const struct gltf_channel *channel, const struct pose_map *map)
+{
+    if (channel->path == GLTF_MEMBER)
+        return true;
+    if (channel->node < 0 || channel->path == GLTF_OTHER_PATH)
+        return false;
+    return channel->path == GLTF_WEIGHTS ? map->deformed[channel->node] >= 0
+                                         : map->blob_node[channel->node] >= 0;
 }
 
 static bool write_animation(struct importer *importer, const struct gltf_animation *animation,
@@ -222,10 +330,7 @@ static bool write_animation(struct importer *importer, const struct gltf_animati
     *to = record;
     for (size_t c = 0; c < animation->channel_count; c++) {
         const struct gltf_channel *channel = &animation->channels[c];
-        bool moves = is_of_nodes(channel) ? map->blob_node[channel->node] >= 0
-                                          : channel->path == GLTF_WEIGHTS && channel->node >= 0 &&
-                                                map->deformed[channel->node] >= 0;
-        if (moves && !write_channel(importer, animation, channel, map, err))
+        if (is_heard(channel, map) && !write_channel(importer, animation, channel, map, err))
             return error_wrap(err, "channel %zu", c);
     }
     return true;
@@ -249,6 +354,10 @@ bool import_animations(struct importer *importer, struct error *err)
     size_t count = importer->document->node_count;
     if (!gltf_animations_init(&animations, &importer->json, err))
         return false;
+    if (!gltf_pointers_resolve(&animations, importer->document, err)) {
+        gltf_animations_finish(&animations);
+        return false;
+    }
     struct pose_map map = {.blob_node = malloc((count + 1) * sizeof *map.blob_node),
                            .pose = malloc((count + 1) * sizeof *map.pose),
                            .deformed = malloc((count + 1) * sizeof *map.deformed)};

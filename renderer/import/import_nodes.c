@@ -279,6 +279,9 @@ static bool fill_node(struct importer *importer, uint32_t source,
     const struct gltf_document *document = importer->document;
     const struct gltf_node *node = &document->nodes[source];
     const struct scene_node *nodes = importer->writer.sections[SCENE_NODES].records;
+    if (node->visibility < 0)
+        return error_set(err, ERROR_INVALID_SCENE,
+                         "the visible of its KHR_node_visibility must be true or false");
     if (node->camera < -1 || node->camera >= (int64_t)document->camera_count)
         return error_set(err, ERROR_INVALID_SCENE, "there is no camera %d", node->camera);
     if (node->light == GLTF_BAD_LIGHT)
@@ -305,6 +308,17 @@ static bool fill_node(struct importer *importer, uint32_t source,
                                 &out->name, err);
 }
 
+static bool hide_node(struct importer *importer, const struct gltf_node *node, uint32_t index,
+                      struct error *err)
+{
+    if (node->visibility)
+        return true;
+    uint32_t *hidden = blob_writer_append(&importer->writer, SCENE_HIDDEN_NODES, 1, err);
+    if (hidden)
+        *hidden = index;
+    return hidden != NULL;
+}
+
 /* parent_of: blob index of the parent, by glTF index; filled for the children as each node is
  * written. */
 static bool append_nodes(struct importer *importer, int32_t *parent_of,
@@ -320,6 +334,8 @@ static bool append_nodes(struct importer *importer, int32_t *parent_of,
         if (!record)
             return false;
         *record = node;
+        if (!hide_node(importer, &document->nodes[source], i, err))
+            return false;
         struct gltf_indices children = document->nodes[source].children;
         for (size_t c = 0; c < children.count; c++)
             parent_of[children.values[c]] = (int32_t)i;
@@ -378,9 +394,32 @@ static bool is_posed(const struct importer *importer, const struct scene_node *n
     return from->skin != -1 || (mesh->primitive_count && mesh->primitives[0].target_count);
 }
 
-/* Bounds and triangle count over all nodes. */
+/* Per node, whether it or one above it is hidden. */
+static bool *find_hidden(const struct importer *importer, struct error *err)
+{
+    const struct blob_section *sections = importer->writer.sections;
+    const struct scene_node *nodes = sections[SCENE_NODES].records;
+    const uint32_t *hidden = sections[SCENE_HIDDEN_NODES].records;
+    uint64_t count = sections[SCENE_NODES].count;
+    bool *is_hidden = calloc(count + 1, sizeof *is_hidden);
+    if (!is_hidden) {
+        error_set(err, ERROR_NO_MEMORY, "%llu nodes", (unsigned long long)count);
+        return NULL;
+    }
+    for (uint64_t i = 0; i < sections[SCENE_HIDDEN_NODES].count; i++)
+        is_hidden[hidden[i]] = true;
+    for (uint64_t i = 0; i < count; i++)
+        if (nodes[i].parent >= 0)
+            is_hidden[i] |= is_hidden[nodes[i].parent];
+    return is_hidden;
+}
+
+/* Bounds of what is shown at rest, and triangle count over all nodes. */
 static bool measure(struct importer *importer, struct error *err)
 {
+    bool *is_hidden = find_hidden(importer, err);
+    if (!is_hidden)
+        return false;
     const struct blob_section *sections = importer->writer.sections;
     const struct scene_node *nodes = sections[SCENE_NODES].records;
     const struct scene_mesh *meshes = sections[SCENE_MESHES].records;
@@ -396,7 +435,7 @@ static bool measure(struct importer *importer, struct error *err)
             const struct scene_primitive *p = &primitives[mesh->first_primitive + i];
             if (p->topology == SCENE_TRIANGLES)
                 header->triangle_count += p->index_count / 3;
-            if (is_posed(importer, &nodes[n]))
+            if (is_hidden[n] || is_posed(importer, &nodes[n]))
                 continue;
             visited += p->vertex_count;
             if (visited > TIGHT_BOUNDS_VERTICES_MAX)
@@ -406,6 +445,7 @@ static bool measure(struct importer *importer, struct error *err)
                                  p->vertex_count);
         }
     }
+    free(is_hidden);
     return import_check_bounds(header, err);
 }
 

@@ -3,6 +3,7 @@
 #include "renderer/scene/animation.h"
 
 #include "renderer/base/matrix.h"
+#include "renderer/scene/animated_members.h"
 
 /* A channel between two of its keys. */
 struct between {
@@ -78,9 +79,26 @@ static void cubic(const float *values, int components, const struct between *at,
     }
 }
 
-static void evaluate_channel(const struct scene *scene, const struct scene_channel *channel,
-                             int components, double time_s, double *out)
+uint32_t scene_channel_components(const struct scene *scene, const struct scene_channel *channel)
 {
+    switch (channel->path) {
+    case SCENE_ROTATION:
+        return 4;
+    case SCENE_WEIGHTS:
+        return scene->deformed_nodes[channel->target].weight_count;
+    case SCENE_VISIBILITY:
+        return 1;
+    case SCENE_MEMBER:
+        return animated_member(channel->member)->count;
+    default:
+        return 3;
+    }
+}
+
+void animation_evaluate_channel(const struct scene *scene, const struct scene_channel *channel,
+                                double time_s, double *out)
+{
+    int components = (int)scene_channel_components(scene, channel);
     const float *times = scene->keys + channel->first_key;
     const float *values = times + channel->key_count;
     struct between at = find_keys(times, channel->key_count, time_s);
@@ -103,9 +121,9 @@ static void evaluate_channel(const struct scene *scene, const struct scene_chann
 static void evaluate_weights(const struct scene *scene, const struct scene_channel *channel,
                              double time_s, float *weights)
 {
-    const struct scene_deformed_node *node = &scene->deformed_nodes[channel->pose];
+    const struct scene_deformed_node *node = &scene->deformed_nodes[channel->target];
     double values[SCENE_TARGETS_MAX];
-    evaluate_channel(scene, channel, (int)node->weight_count, time_s, values);
+    animation_evaluate_channel(scene, channel, time_s, values);
     for (uint32_t i = 0; i < node->weight_count; i++)
         weights[node->first_weight + i] = (float)values[i];
 }
@@ -120,11 +138,12 @@ void animation_evaluate(const struct scene *scene, uint32_t animation, double ti
             evaluate_weights(scene, channel, time_s, weights);
             continue;
         }
-        struct scene_pose *pose = &poses[channel->pose];
+        if (channel->path > SCENE_WEIGHTS)
+            continue;
+        struct scene_pose *pose = &poses[channel->target];
         double *members[] = {[SCENE_TRANSLATION] = pose->translation,
                              [SCENE_ROTATION] = pose->rotation,
                              [SCENE_SCALE] = pose->scale};
-        evaluate_channel(scene, channel, channel->path == SCENE_ROTATION ? 4 : 3, time_s,
-                         members[channel->path]);
+        animation_evaluate_channel(scene, channel, time_s, members[channel->path]);
     }
 }

@@ -42,6 +42,7 @@ static const size_t record_bytes[SCENE_SECTION_COUNT] = {
     [SCENE_TARGET_WEIGHTS] = sizeof(float),
     [SCENE_VARIANTS] = sizeof(uint32_t),
     [SCENE_VARIANT_MATERIALS] = sizeof(struct scene_variant_material),
+    [SCENE_HIDDEN_NODES] = sizeof(uint32_t),
 };
 
 size_t blob_record_bytes(enum scene_section section)

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Opens a scene blob: checks every offset, index, enum and number before anyone follows it. */
+#include "renderer/scene/animated_members.h"
+#include "renderer/scene/animation.h"
 #include "renderer/scene/scene.h"
 
 #include <math.h>
@@ -123,6 +125,7 @@ static bool open_sections(struct scene *scene, uint64_t memory_bytes, struct err
     scene->variants = open_records(&o, SCENE_VARIANTS, &scene->variant_count);
     scene->variant_materials =
         open_records(&o, SCENE_VARIANT_MATERIALS, &scene->variant_material_count);
+    scene->hidden_nodes = open_records(&o, SCENE_HIDDEN_NODES, &scene->hidden_node_count);
     open_deformations(&o, scene);
     if (o.has_failed)
         return false;
@@ -432,13 +435,10 @@ static bool is_pose(const struct scene *scene, uint32_t index)
            length2 > 0.999 && length2 < 1.001;
 }
 
-/* The channel's path and pose are known to be good. */
+/* The channel's path, target and member are known to be good. */
 static uint64_t channel_numbers(const struct scene *scene, const struct scene_channel *channel)
 {
-    uint64_t components = channel->path == SCENE_ROTATION ? 4
-                          : channel->path == SCENE_WEIGHTS
-                              ? scene->deformed_nodes[channel->pose].weight_count
-                              : 3;
+    uint64_t components = scene_channel_components(scene, channel);
     uint64_t values = channel->interpolation == SCENE_CUBIC ? 3 : 1;
     return channel->key_count * (1 + components * values);
 }
@@ -450,13 +450,30 @@ static bool has_checked_times(const struct scene *scene, const struct scene_chan
            channel[-1].key_count == channel->key_count;
 }
 
+static bool has_target(const struct scene *scene, const struct scene_channel *channel)
+{
+    const struct animated_member *member = animated_member(channel->member);
+    switch (channel->path) {
+    case SCENE_TRANSLATION:
+    case SCENE_ROTATION:
+    case SCENE_SCALE:
+        return channel->target < scene->pose_count;
+    case SCENE_WEIGHTS:
+        return channel->target < scene->deformed_node_count;
+    case SCENE_VISIBILITY:
+        return channel->target < scene->node_count;
+    case SCENE_MEMBER:
+        return member &&
+               channel->target < (member->owner == ANIMATED_MATERIAL ? scene->material_count
+                                                                     : scene->light_count);
+    }
+    return false;
+}
+
 static bool is_channel(const struct scene *scene, const struct scene_channel *channel)
 {
-    uint32_t poses =
-        channel->path == SCENE_WEIGHTS ? scene->deformed_node_count : scene->pose_count;
-    if (channel->path > SCENE_WEIGHTS || channel->pose >= poses ||
-        channel->interpolation > SCENE_CUBIC || channel->key_count == 0 ||
-        channel->first_key > scene->key_count ||
+    if (!has_target(scene, channel) || channel->interpolation > SCENE_CUBIC ||
+        channel->key_count == 0 || channel->first_key > scene->key_count ||
         channel_numbers(scene, channel) > scene->key_count - channel->first_key)
         return false;
     const float *times = scene->keys + channel->first_key;
@@ -465,6 +482,15 @@ static bool is_channel(const struct scene *scene, const struct scene_channel *ch
     for (uint32_t i = 0; i < channel->key_count; i++)
         if (!(times[i] >= (i > 0 ? times[i - 1] : 0)))
             return false;
+    return true;
+}
+
+static bool check_hidden(const struct scene *scene, struct error *err)
+{
+    for (uint32_t i = 0; i < scene->hidden_node_count; i++)
+        if (scene->hidden_nodes[i] >= scene->node_count ||
+            (i > 0 && scene->hidden_nodes[i] <= scene->hidden_nodes[i - 1]))
+            return blob_refuse(err, "hidden node", i);
     return true;
 }
 
@@ -513,7 +539,8 @@ static bool open_blob(struct scene *scene, const void *blob, size_t size_bytes, 
         check_lines(scene, scene->variants, scene->variant_count, err) &&
         check_hierarchy(scene, err) && check_primitives(scene, err) && check_surfaces(scene, err) &&
         check_variants(scene, err) && check_lights_and_cameras(scene, err) &&
-        scene_check_deformations(scene, err) && check_animations(scene, err);
+        scene_check_deformations(scene, err) && check_animations(scene, err) &&
+        check_hidden(scene, err);
     if (!is_good)
         memset(scene, 0, sizeof *scene);
     return is_good;

@@ -85,6 +85,8 @@ struct scene {
     /* Of a composed scene, else NULL and 0. Its vertices, indices, pixels, animations,
      * deformations and variants are those of its parts; the members of that name are those of the
      * base alone. */
+    const uint32_t *hidden_nodes; /* of a scene without parts */
+    uint32_t hidden_node_count;
     const struct scene_part *parts;
     uint32_t part_count;
 };

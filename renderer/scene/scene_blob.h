@@ -58,6 +58,8 @@ enum scene_section {
     SCENE_TARGET_WEIGHTS, /* f32 */
     SCENE_VARIANTS,       /* u32 string offsets: names of KHR_materials_variants, or absent */
     SCENE_VARIANT_MATERIALS, /* struct scene_variant_material, primitives not descending */
+    SCENE_HIDDEN_NODES, /* u32, ascending: nodes that are not shown at rest, nor what is under them
+                         */
     SCENE_SECTION_COUNT
 };
 
@@ -105,20 +107,29 @@ struct scene_animation {
     float duration_s; /* time of the last key of any channel; 0 without channels */
 };
 
-enum scene_path { SCENE_TRANSLATION, SCENE_ROTATION, SCENE_SCALE, SCENE_WEIGHTS };
+enum scene_path {
+    SCENE_TRANSLATION,
+    SCENE_ROTATION,
+    SCENE_SCALE,
+    SCENE_WEIGHTS,
+    SCENE_VISIBILITY, /* a number; the node is shown where it is not 0 */
+    SCENE_MEMBER,     /* of a material or light: renderer/scene/animated_members.h */
+    SCENE_PATH_COUNT
+};
 enum scene_interpolation { SCENE_STEP, SCENE_LINEAR, SCENE_CUBIC };
 
-/* Keys of one member of one pose, or of the weights of a deformed node. SCENE_KEYS holds from
- * first_key on: key_count times [s], not descending, from 0 on; then a value of 3 numbers per key,
- * 4 for rotations, as many as the node has weights for those; for SCENE_CUBIC three such values:
- * in-tangent, value, out-tangent. */
+/* Keys of what moves. SCENE_KEYS holds from first_key on: key_count times [s], not descending, from
+ * 0 on; then a value of 3 numbers per key, 4 for rotations, 1 for visibility, as many as the node
+ * has weights or the member has numbers for those; for SCENE_CUBIC three such values: in-tangent,
+ * value, out-tangent. */
 struct scene_channel {
-    uint32_t pose;          /* for SCENE_WEIGHTS: of SCENE_DEFORMED_NODES */
+    uint32_t target;        /* the pose; for SCENE_WEIGHTS of SCENE_DEFORMED_NODES, for
+                               SCENE_VISIBILITY the node, for SCENE_MEMBER the material or light */
     uint32_t path;          /* enum scene_path */
     uint32_t interpolation; /* enum scene_interpolation */
     uint32_t key_count;     /* at least 1 */
     uint32_t first_key;
-    uint32_t pad;
+    uint32_t member; /* for SCENE_MEMBER; else 0 */
 };
 
 struct scene_skin {

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 
 #include "renderer/base/matrix.h"
-#include "renderer/scene/animation.h"
 #include "renderer/scene/section.h"
+#include "renderer/scene/state_animation.h"
 #include "renderer/scene/variants.h"
 
 /* Default lighting of scenes without lights (docs/explanation/shading.md): a key light from upper
@@ -45,95 +45,6 @@ static bool apply_node_overrides(struct scene_state *state, const struct view *v
     return true;
 }
 
-/* The poses of nodes that animations move. Zeroed = none. */
-struct moved_nodes {
-    struct scene_pose *poses;
-    double (*locals)[16]; /* per pose */
-    size_t count;
-    float *weights;    /* borrowed: of morph targets, of the members that are still to come */
-    bool *has_channel; /* per node of the whole scene: a channel of the animation moves it, or its
-                          weights */
-};
-
-/* Moves the nodes of one scene, which begin at first_node. only: -1 for all of its animations. */
-static void move_nodes(const struct scene *scene, int32_t only, double time_s, uint32_t first_node,
-                       struct moved_nodes *moved, const double **locals)
-{
-    struct scene_pose *poses = moved->poses + moved->count;
-    if (scene->pose_count)
-        memcpy(poses, scene->poses, scene->pose_count * sizeof *poses);
-    for (uint32_t i = 0; i < scene->animation_count; i++) {
-        const struct scene_animation *animation = &scene->animations[i];
-        if (only >= 0 && only != (int32_t)i)
-            continue;
-        animation_evaluate(scene, i, time_s, poses, moved->weights);
-        for (uint32_t c = 0; c < animation->channel_count; c++) {
-            const struct scene_channel *channel = &scene->channels[animation->first_channel + c];
-            uint32_t node = channel->path == SCENE_WEIGHTS
-                                ? scene->deformed_nodes[channel->pose].node
-                                : poses[channel->pose].node;
-            moved->has_channel[first_node + node] = true;
-        }
-    }
-    for (uint32_t i = 0; i < scene->pose_count; i++) {
-        double *local = moved->locals[moved->count + i];
-        mat4_compose(poses[i].translation, poses[i].rotation, poses[i].scale, local);
-        locals[first_node + poses[i].node] = local;
-    }
-    moved->count += scene->pose_count;
-}
-
-/* The plain scenes that a scene consists of, itself at least. */
-static const struct scene *member_scene(const struct scene *scene, uint32_t index)
-{
-    return scene->part_count ? scene->parts[index].scene : scene;
-}
-
-static uint32_t member_count(const struct scene *scene)
-{
-    return scene->part_count ? scene->part_count : 1;
-}
-
-/* The animation of a member that the name means: -1 for none. Those of parts are PART/NAME. */
-static int32_t find_animation(const struct scene *scene, uint32_t member, const char *name)
-{
-    const char *part = member ? scene->parts[member].name : "";
-    size_t length = strlen(part);
-    if (length && (strncmp(name, part, length) != 0 || name[length] != '/'))
-        return -1;
-    return scene_find_animation(member_scene(scene, member), name + length + (length > 0));
-}
-
-static bool animate(const struct scene *scene, const struct view *view, struct moved_nodes *moved,
-                    const double **locals, struct error *err)
-{
-    size_t poses = 0;
-    bool is_known = !view->animation;
-    for (uint32_t i = 0; i < member_count(scene); i++) {
-        poses += member_scene(scene, i)->pose_count;
-        is_known = is_known || find_animation(scene, i, view->animation) >= 0;
-    }
-    if (!is_known)
-        return error_set_at(err, ERROR_NOT_FOUND, "/animation/name",
-                            "the scene has no animation '%s'", view->animation);
-    if (!isfinite(view->animation_time_s))
-        return error_set(err, ERROR_INVALID_REQUEST, "the time of the animation is not finite");
-    moved->poses = malloc((poses + 1) * sizeof *moved->poses);
-    moved->locals = calloc(poses + 1, sizeof *moved->locals);
-    moved->has_channel = calloc(scene->node_count + 1, sizeof *moved->has_channel);
-    if (!moved->poses || !moved->locals || !moved->has_channel)
-        return error_set(err, ERROR_NO_MEMORY, "%zu moved nodes", poses);
-    for (uint32_t i = 0; i < member_count(scene); i++) {
-        int32_t only = view->animation ? find_animation(scene, i, view->animation) : -1;
-        if (!view->animation || only >= 0)
-            move_nodes(member_scene(scene, i), only, view->animation_time_s,
-                       scene->part_count ? scene->parts[i].first_node : 0, moved, locals);
-        if (moved->weights)
-            moved->weights += member_scene(scene, i)->target_weight_count;
-    }
-    return true;
-}
-
 static bool place_parts(struct scene_state *state, const struct view *view, const double **locals,
                         struct error *err)
 {
@@ -151,32 +62,6 @@ static bool place_parts(struct scene_state *state, const struct view *view, cons
     return true;
 }
 
-static bool is_moved(const struct scene *scene, const struct moved_nodes *moved, uint32_t node)
-{
-    for (int32_t at = (int32_t)node; at >= 0; at = scene->nodes[at].parent)
-        if (moved->has_channel[at])
-            return true;
-    return false;
-}
-
-/* Whether a mesh, a joint, a light or a camera hangs on a node that the animation moves. */
-static bool moves_anything(const struct scene *scene, const struct moved_nodes *moved)
-{
-    for (uint32_t i = 0; i < scene->node_count; i++) {
-        const struct scene_node *node = &scene->nodes[i];
-        if ((node->mesh >= 0 || node->light >= 0 || node->camera >= 0) && is_moved(scene, moved, i))
-            return true;
-    }
-    for (uint32_t m = 0; m < member_count(scene); m++) {
-        const struct scene *member = member_scene(scene, m);
-        uint32_t first = scene->part_count ? scene->parts[m].first_node : 0;
-        for (uint32_t i = 0; i < member->joint_count; i++)
-            if (is_moved(scene, moved, first + member->joints[i].node))
-                return true;
-    }
-    return false;
-}
-
 /* Parents come before children, so one pass composes matrices and passes invisibility down. */
 static bool compose_nodes(struct scene_state *state, const struct view *view, struct error *err)
 {
@@ -184,11 +69,10 @@ static bool compose_nodes(struct scene_state *state, const struct view *view, st
     const double **locals = calloc(scene->node_count + 1, sizeof *locals);
     if (!locals)
         return error_set(err, ERROR_NO_MEMORY, "%u nodes", scene->node_count);
-    for (uint32_t i = 0; i < scene->node_count; i++)
-        state->is_visible[i] = true;
+    state_hide_nodes(state);
     struct moved_nodes moved = {.weights = state->deforms.weights};
     bool ok = place_parts(state, view, locals, err) &&
-              (!view->is_animated || animate(scene, view, &moved, locals, err)) &&
+              (!view->is_animated || state_animate_nodes(state, view, &moved, locals, err)) &&
               apply_node_overrides(state, view, locals, err);
     for (uint32_t i = 0; ok && i < scene->node_count; i++) {
         const struct scene_node *node = &scene->nodes[i];
@@ -200,11 +84,9 @@ static bool compose_nodes(struct scene_state *state, const struct view *view, st
             state->is_visible[i] = state->is_visible[i] && state->is_visible[node->parent];
         }
     }
-    state->has_idle_animation = ok && view->is_animated && !moves_anything(scene, &moved);
+    state->has_idle_animation = ok && view->is_animated && !state_moves_anything(scene, &moved);
     free(locals);
-    free(moved.poses);
-    free(moved.locals);
-    free(moved.has_channel);
+    moved_nodes_finish(&moved);
     return ok;
 }
 
@@ -256,6 +138,8 @@ static bool apply_material_overrides(struct scene_state *state, const struct vie
 {
     for (uint32_t i = 0; i < state->scene->material_count; i++)
         state->materials[i].base = state->scene->materials[i];
+    if (view->is_animated && !state_animate_members(state, view, err))
+        return false;
     for (size_t i = 0; i < view->material_override_count; i++) {
         const struct view_material_override *o = &view->materials[i];
         int32_t index = scene_find_material(state->scene, o->material);
@@ -474,7 +358,9 @@ static bool add_light(struct scene_state *state, const struct state_light *light
 
 static void add_scene_light(struct scene_state *state, uint32_t node)
 {
-    const struct scene_light *source = &state->scene->lights[state->scene->nodes[node].light];
+    int32_t index = state->scene->nodes[node].light;
+    const struct scene_light *source =
+        state->file_lights ? &state->file_lights[index] : &state->scene->lights[index];
     const double *world = state->world[node];
     struct state_light light = {
         .type = (enum scene_light_type)source->type,
@@ -718,6 +604,7 @@ void scene_state_finish(struct scene_state *state)
     free(state->world);
     free(state->is_visible);
     free(state->materials);
+    free(state->file_lights);
     free(state->variant_materials);
     section_finish(state);
     deforms_finish(&state->deforms);

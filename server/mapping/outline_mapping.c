@@ -64,6 +64,7 @@ static bool add_nodes(const struct scene *scene, struct scene_outline *outline, 
 {
     char cut[LIMIT_NAME_BYTES + 1];
     size_t name_bytes = 0;
+    uint32_t hidden = 0;
     for (uint32_t i = 0; i < scene->node_count && i < SCENE_OUTLINE_NODES_MAX; i++) {
         const struct scene_node *from = &scene->nodes[i];
         name_bytes += strlen(cut_name(scene, from->name, cut));
@@ -74,6 +75,8 @@ static bool add_nodes(const struct scene *scene, struct scene_outline *outline, 
             return false;
         to->parent = from->parent; /* parents come before their children: it is in the list */
         memcpy(to->matrix, from->local_matrix, sizeof to->matrix);
+        to->is_hidden = hidden < scene->hidden_node_count && scene->hidden_nodes[hidden] == i;
+        hidden += to->is_hidden;
         const struct scene_mesh *mesh = from->mesh >= 0 ? &scene->meshes[from->mesh] : NULL;
         for (uint32_t p = 0; mesh && p < mesh->primitive_count; p++) {
             const struct scene_primitive *primitive = &scene->primitives[mesh->first_primitive + p];

@@ -397,7 +397,9 @@ static void fill_summary(struct scene_summary *summary)
     node->has_bounds = true;
     node->bounds[5] = 0.1;
     node->matrix[12] = -1e-3;
-    assert_non_null(scene_outline_add_node(&summary->outline, "At rest", &err));
+    struct outline_node *rest = scene_outline_add_node(&summary->outline, "At rest", &err);
+    assert_non_null(rest);
+    rest->is_hidden = true;
     struct outline_material *glass = scene_outline_add_material(&summary->outline, "Glass", &err);
     assert_non_null(glass);
     glass->base_color[0] = 0.3;
@@ -431,6 +433,7 @@ static void summaries_read_back_as_they_were(void **state)
     assert_string_equal(read.lights[0].type, "directional");
     assert_true(read.outline.nodes[0].matrix[12] == -1e-3);
     assert_true(read.outline.nodes[1].matrix[15] == 1);
+    assert_true(!read.outline.nodes[0].is_hidden && read.outline.nodes[1].is_hidden);
     assert_true(read.outline.lights[0].up[1] == 1);
     assert_true(read.outline.cameras[0].aspect == 1.5);
     assert_true(read.outline.lights[1].up[1] == 0);
