@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 #define SCENE_BLOB_MAGIC "VITRAIL" /* 8 bytes with the NUL */
-enum { SCENE_BLOB_VERSION = 12 };  /* any change of a record or of its meaning raises it */
+enum { SCENE_BLOB_VERSION = 13 };  /* any change of a record or of its meaning raises it */
 
 enum scene_section {
     SCENE_STRINGS,    /* char */
