@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import zipfile
+import zlib
 
 import image_files
 import support
@@ -35,6 +36,52 @@ def stl(count=None):
                     + b"".join(struct.pack("<3f", *corner) for corner in facet) + b"\0\0"
                     for facet in FACETS)
     return bytes(80) + struct.pack("<I", len(FACETS) if count is None else count) + body
+
+
+def fbx_property(value):
+    """Of the binary form: a text, a 64-bit number, a real one, ("I", a 32-bit one), or (kind,
+    values), which is compressed."""
+    if isinstance(value, str):
+        return b"S" + struct.pack("<I", len(value.encode())) + value.encode()
+    if isinstance(value, int):
+        return b"L" + struct.pack("<q", value)
+    if isinstance(value, float):
+        return b"D" + struct.pack("<d", value)
+    kind, values = value
+    if kind == "I":
+        return b"I" + struct.pack("<i", values)
+    packed = zlib.compress(struct.pack(f"<{len(values)}{kind}", *values))
+    return kind.encode() + struct.pack("<III", len(values), 1, len(packed)) + packed
+
+
+def fbx_node(at, name, properties, *children):
+    """At an offset of the file, which its end is told by."""
+    own = b"".join(map(fbx_property, properties))
+    begin, inner = at + 13 + len(name) + len(own), b""
+    for child in children:
+        inner += fbx_node(begin + len(inner), *child)
+    inner += bytes(13) if children else b""
+    return (struct.pack("<IIIB", begin + len(inner), len(properties), len(own), len(name))
+            + name.encode() + own + inner)
+
+
+def binary_fbx():
+    """A triangle of width 1 and height 2 in inches, with +Z up."""
+    content = b"Kaydara FBX Binary  \0\x1a\0" + struct.pack("<I", 7300)
+    for top in (
+            ("FBXHeaderExtension", [], ("FBXHeaderVersion", [("I", 1003)]),
+             ("FBXVersion", [("I", 7300)])),
+            ("GlobalSettings", [], ("Properties70", [],
+                                    ("P", ["UpAxis", "int", "Integer", "", ("I", 2)]),
+                                    ("P", ["UnitScaleFactor", "double", "Number", "", 2.54]))),
+            ("Objects", [],
+             ("Geometry", [11, "G\0\1Geometry", "Mesh"],
+              ("Vertices", [("d", (0, 0, 0, 1, 0, 0, 0, 0, 2))]),
+              ("PolygonVertexIndex", [("i", (0, 1, -3))])),
+             ("Model", [12, "N\0\1Model", "Mesh"], ("Version", [("I", 232)]))),
+            ("Connections", [], ("C", ["OO", 12, 0]), ("C", ["OO", 11, 12]))):
+        content += fbx_node(len(content), *top)
+    return content + bytes(13 + 160)
 
 
 def has_assimp(daemon):
@@ -138,6 +185,15 @@ class SceneFormats(support.ServiceTest):
         broken = self.post(package.getvalue()[:-40], "model/3mf")
         self.assertEqual(422, broken.status)
         self.assertIn("3MF: ", broken.json()["detail"])
+
+    def test_a_binary_fbx_tells_its_unit(self):
+        summary = self.post(binary_fbx(), "application/octet-stream", "?format=fbx").json()
+        self.expect_bounds(summary, (0, 0, 0), (0.0254, 2 * 0.0254, 0))
+        self.assertEqual(("fbx", "in", "z"),
+                         tuple(summary["source"][key] for key in ("format", "unit", "up")))
+        cut = self.post(binary_fbx()[:-300], "application/octet-stream", "?format=fbx")
+        self.assertEqual((422, "invalid_scene"), (cut.status, cut.code))
+        self.assertIn("FBX: ", cut.json()["detail"])
 
     def test_a_converter_that_fails_is_named(self):
         with support.Daemon("--decode-timeout-s", "4") as daemon:
