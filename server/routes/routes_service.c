@@ -154,20 +154,24 @@ static void run_stats(struct service *service, struct http_exchange *exchange, c
     struct supervisor_totals renders = supervisor_get_totals(service->supervisor);
     struct decode_totals decodes = decode_pool_get_totals(service->decoders);
     struct resource_store_totals scenes = resource_store_get_totals(service->resources.scenes);
+    struct resource_store_totals maps = resource_store_get_totals(service->resources.environments);
     struct http_server_totals http = http_server_get_totals(service->http);
     struct metrics_totals metrics = metrics_get_totals(service->metrics);
-    reply_json(
-        exchange, 200,
-        json_pack("{s:s,s:s,s:f,s:{s:o,s:o,s:o,s:o},s:{s:o,s:o},s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}",
-                  "version", VITRAIL_VERSION, "build", service->build_id, "uptime_s",
-                  uptime_s(service), "http", "requests", integer(metrics.requests), "in_flight",
-                  integer(http.requests_in_flight), "connections", integer(http.connections),
-                  "upload_bytes", integer(metrics.upload_bytes), "scenes", "stored",
-                  integer(scenes.count), "decoded_bytes", integer(scenes.decoded_bytes), "renders",
-                  renders_json(&renders), "worker", worker_json(service, &renders), "cache",
-                  cache_json(&renders), "programs", programs_json(&renders), "warm_ups",
-                  warm_ups_json(&renders.warm_ups), "decodes", decodes_json(&decodes), "views",
-                  views_json(service), "frames_kept", integer(frames_count(service->frames))));
+    reply_json(exchange, 200,
+               json_pack("{s:s,s:s,s:f,s:{s:o,s:o,s:o,s:o},s:{s:o,s:o},s:{s:o,s:o},s:o,s:o,s:o,s:o,"
+                         "s:o,s:o,s:o,s:o}",
+                         "version", VITRAIL_VERSION, "build", service->build_id, "uptime_s",
+                         uptime_s(service), "http", "requests", integer(metrics.requests),
+                         "in_flight", integer(http.requests_in_flight), "connections",
+                         integer(http.connections), "upload_bytes", integer(metrics.upload_bytes),
+                         "scenes", "stored", integer(scenes.count), "decoded_bytes",
+                         integer(scenes.decoded_bytes), "environments", "stored",
+                         integer(maps.count), "decoded_bytes", integer(maps.decoded_bytes),
+                         "renders", renders_json(&renders), "worker",
+                         worker_json(service, &renders), "cache", cache_json(&renders), "programs",
+                         programs_json(&renders), "warm_ups", warm_ups_json(&renders.warm_ups),
+                         "decodes", decodes_json(&decodes), "views", views_json(service),
+                         "frames_kept", integer(frames_count(service->frames))));
 }
 
 /* ---- metrics ---- */

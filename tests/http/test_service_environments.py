@@ -99,7 +99,11 @@ class Environments(support.ServiceTest):
         self.assertEqual(304, self.daemon.request("GET", path, None,
                                                   {"If-None-Match": tag}).status)
         self.assertEqual("dawn", self.post(content, query="?name=dawn").json()["name"])
+        stored = self.daemon.stats()["environments"]
         self.assertEqual(204, self.daemon.request("DELETE", path).status)
+        self.assertEqual({"stored": stored["stored"] - 1,
+                          "decoded_bytes": stored["decoded_bytes"] - (32 + 4 * 2 * 12)},
+                         self.daemon.stats()["environments"])
         for method in ("GET", "DELETE"):
             gone = self.daemon.request(method, path)
             self.assertEqual((404, "not_found"), (gone.status, gone.code))
