@@ -283,7 +283,7 @@ class BadScenes(support.ServiceTest):
         self.assertIn("1024", reply.json()["detail"])
 
     def test_a_scene_of_another_type_is_415(self):
-        for media_type in ("text/plain", "application/zip", "model/obj"):
+        for media_type in ("text/plain", "application/zip", "model/vnd.usdz+zip"):
             self.assertEqual(415, self.daemon.post_scene(triangle(), media_type).status)
 
     def test_random_damage_never_ends_a_decoder(self):
