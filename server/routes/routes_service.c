@@ -188,12 +188,23 @@ static double resident_bytes(void)
     return (double)resident * (double)sysconf(_SC_PAGESIZE);
 }
 
+/* text: NULL where there was no memory for it. */
+static void reply_metrics(struct http_exchange *exchange, const char *text)
+{
+    if (text)
+        http_reply_bytes(exchange, 200, "text/plain; version=0.0.4; charset=utf-8", text,
+                         strlen(text));
+    else
+        http_reply_error(exchange, &(struct error){ERROR_NO_MEMORY, "metrics", ""});
+}
+
 static void run_metrics(struct service *service, struct http_exchange *exchange, const char *id)
 {
     (void)id;
     struct supervisor_totals r = supervisor_get_totals(service->supervisor);
     struct decode_totals d = decode_pool_get_totals(service->decoders);
     struct resource_store_totals s = resource_store_get_totals(service->resources.scenes);
+    struct resource_store_totals maps = resource_store_get_totals(service->resources.environments);
     struct http_server_totals h = http_server_get_totals(service->http);
     struct views_totals v = views_get_totals(service->views);
     struct view_images_totals i = view_images_get_totals(service->view_images);
@@ -253,6 +264,9 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
         {timings, "", true, "end=\"stopped\"", (double)r.timings_stopped},
         {"vitrail_scenes", "Scenes stored.", false, NULL, (double)s.count},
         {"vitrail_scenes_bytes", "Their decoded size.", false, NULL, (double)s.decoded_bytes},
+        {"vitrail_environments", "Environment maps stored.", false, NULL, (double)maps.count},
+        {"vitrail_environments_bytes", "Their decoded size.", false, NULL,
+         (double)maps.decoded_bytes},
         {"vitrail_decodes_total", "Uploads decoded, by result.", true, "result=\"done\"",
          (double)d.decoded},
         {"vitrail_decodes_total", "", true, "result=\"refused\"", (double)d.refused},
@@ -278,11 +292,7 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
          resident_bytes()},
     };
     char *text = metrics_to_text(service->metrics, gauges, sizeof gauges / sizeof gauges[0]);
-    if (text)
-        http_reply_bytes(exchange, 200, "text/plain; version=0.0.4; charset=utf-8", text,
-                         strlen(text));
-    else
-        http_reply_error(exchange, &(struct error){ERROR_NO_MEMORY, "metrics", ""});
+    reply_metrics(exchange, text);
     free(text);
 }
 
