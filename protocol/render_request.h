@@ -9,6 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "protocol/lobe_members.h"
 #include "protocol/error.h"
 #include "protocol/limits.h"
 #include "protocol/shadow_technique.h"
@@ -132,6 +133,7 @@ struct request_material_override {
     double edge_color[3], edge_exponent; /* EDGE */
     bool has_self_shadow, self_shadow;
     bool has_cast_once, cast_once;
+    struct lobe_members lobes;
 };
 
 /* Another scene as a child of a node. */

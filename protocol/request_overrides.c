@@ -167,6 +167,19 @@ static bool read_material(const struct json_node *node, struct request_material_
                                         "pass_through",
                                         "self_shadow",
                                         "cast_once",
+                                        "specular",
+                                        "specular_color",
+                                        "clearcoat",
+                                        "clearcoat_roughness",
+                                        "sheen_color",
+                                        "sheen_roughness",
+                                        "iridescence",
+                                        "iridescence_ior",
+                                        "iridescence_thickness_nm",
+                                        "anisotropy",
+                                        "anisotropy_rotation_deg",
+                                        "diffuse_transmission",
+                                        "diffuse_transmission_color",
                                         NULL};
     struct request_material_override *o = override;
     if (!json_expect_object(node, known) ||
@@ -177,7 +190,7 @@ static bool read_material(const struct json_node *node, struct request_material_
         !read_optional(node, "transmission", 1, &o->has_transmission, &o->transmission) ||
         !read_ior(node, o) ||
         !read_optional(node, "thickness", LIMIT_COORDINATE, &o->has_thickness, &o->thickness) ||
-        !read_attenuation(node, o))
+        !read_attenuation(node, o) || !lobe_members_read(node, &o->lobes))
         return false;
 
     struct json_node alpha_mode = json_member(node, "alpha_mode");

@@ -145,6 +145,7 @@ static json_t *write_material(const struct request_material_override *o)
         json_put_bool(&writer, "self_shadow", o->self_shadow);
     if (o->has_cast_once)
         json_put_bool(&writer, "cast_once", o->cast_once);
+    lobe_members_write(&o->lobes, &writer);
     return json_writer_take(&writer);
 }
 

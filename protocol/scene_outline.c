@@ -207,6 +207,7 @@ static json_t *write_material(const struct outline_material *material)
     json_put_text(&writer, "name", material->name);
     put_members(&writer, material_numbers, material);
     json_put_text(&writer, "alpha_mode", request_alpha_mode_name(material->alpha_mode));
+    lobe_members_write(&material->lobes, &writer);
     return json_writer_take(&writer);
 }
 
@@ -290,6 +291,7 @@ static bool read_material(const struct json_node *node, const char *name,
     struct outline_material *added = scene_outline_add_material(outline, name, node->err);
     struct json_node mode = json_member(node, "alpha_mode");
     return added && read_members(node, material_numbers, added) &&
+           lobe_members_read(node, &added->lobes) &&
            json_read_choice(&mode, &(struct json_choice){.name = request_alpha_mode_name},
                             &added->alpha_mode);
 }

@@ -8,6 +8,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "protocol/lobe_members.h"
 #include "protocol/error.h"
 
 enum {
@@ -34,6 +35,7 @@ struct outline_material { /* members as of overrides.materials; factors without 
     double metallic, roughness, transmission, ior, thickness;
     double attenuation_distance; /* m; 0 = infinite, not written */
     int alpha_mode;              /* as request_alpha_mode_name */
+    struct lobe_members lobes;   /* those that the material has */
 };
 
 struct outline_light { /* members as of lights, placed in the world */

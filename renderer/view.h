@@ -8,6 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "protocol/lobe_members.h"
 #include "protocol/shadow_technique.h"
 #include "protocol/transparency.h"
 #include "renderer/image/tone_map.h"
@@ -96,6 +97,7 @@ struct view_material_override {
                                           "no self shadow") */
     bool has_cast_once, cast_once; /* true: neighbouring events of one object count once (Lindbeck
                                       2015) */
+    struct lobe_members lobes;
 };
 
 /* Another scene as a child of a node. Its own node has the part's name; renderer/scene/compose.h

@@ -8,6 +8,24 @@ import { transformGroup } from "./transform.js";
 
 const vector = (values) => values.map((value) => number(value, 4)).join(", ");
 
+const share = { least: 0, most: 1 };
+/** Members of overrides of materials; none: what a material without the lobe has. */
+const LOBES = {
+  specular: { label: "Specular", ...share, none: 1 },
+  specular_color: { label: "Specular colour", make: colorField, none: [1, 1, 1] },
+  clearcoat: { label: "Clearcoat", ...share, none: 0 },
+  clearcoat_roughness: { label: "Clearcoat roughness", ...share, none: 0 },
+  sheen_color: { label: "Sheen", make: colorField, none: [0, 0, 0] },
+  sheen_roughness: { label: "Sheen roughness", ...share, none: 0 },
+  iridescence: { label: "Thin film", ...share, none: 0 },
+  iridescence_ior: { label: "Film IOR", least: 1, most: 2.5, limit: 100, none: 1.3 },
+  iridescence_thickness_nm: { label: "Film thickness", unit: "nm", least: 0, most: 1200, limit: 1e6, none: 400 },
+  anisotropy: { label: "Anisotropy", ...share, none: 0 },
+  anisotropy_rotation_deg: { label: "Anisotropy turn", unit: "°", least: -180, most: 180, none: 0 },
+  diffuse_transmission: { label: "Light from behind", ...share, none: 0 },
+  diffuse_transmission_color: { label: "Its colour", make: colorField, none: [1, 1, 1] },
+};
+
 export class PropertiesPanel {
   #controls = []; // setters to call when an undo or another panel changed a value
 
@@ -80,7 +98,6 @@ export class PropertiesPanel {
   #materialGroup(index) {
     const own = this.model.scene.outline.materials[index];
     if (!own) return null;
-    const share = { least: 0, most: 1 };
     const control = (make, member, more) => this.#control(make, index, member, more);
     const color = this.#control((more) => colorField({ ...more,
       onchange: (rgb) => this.model.editMaterial(index,
@@ -100,12 +117,25 @@ export class PropertiesPanel {
       control(slider, "ior", { label: "IOR", least: 1, most: 2.5, limit: 100 }),
       control(slider, "thickness", { label: "Thickness", unit: "m", least: 0, curve: 3,
         most: Math.max(0.1, 0.1 * this.model.camera.sceneSize), limit: 1e12 }),
-      this.#attenuation(index), this.#emission(index),
+      this.#attenuation(index), this.#emission(index), this.#lobes(index),
       checkField({ label: "Casts a shadow on itself",
         value: this.model.material(index).self_shadow !== false,
         onchange: (value) => this.model.editMaterial(index, { self_shadow: value }) }).row,
       isEdited && button({ text: "Reset", icon: "reset", "data-key": `reset-${index}`,
         onclick: () => this.model.resetMaterial(index) }));
+  }
+
+  /** What lies over the base or beside it; open where the material has something of it. */
+  #lobes(index) {
+    const read = (name) => this.model.material(index)[name] ?? LOBES[name].none;
+    const rows = Object.entries(LOBES).map(([name, { make = slider, none: _, ...more }]) => {
+      const made = make({ ...more, value: read(name),
+        onchange: (value) => this.model.editMaterial(index, { [name]: value }) });
+      this.#controls.push(() => made.set(read(name)));
+      return made.row;
+    });
+    const has = Object.keys(LOBES).some((name) => name in this.model.material(index));
+    return el("details", { open: has }, el("summary", {}, "Layers and lobes"), rows);
   }
 
   /** Colour and distance go together, as the service wants them. */

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "renderer/base/matrix.h"
+#include "renderer/scene/material_lobes.h"
 #include "renderer/scene/section.h"
 #include "renderer/scene/state_animation.h"
 #include "renderer/scene/variants.h"
@@ -117,6 +118,7 @@ static void override_factors(struct scene_material *m, const struct view_materia
         memcpy(m->edge_color, o->edge_color, sizeof m->edge_color);
         m->edge_exponent = o->edge_exponent;
     }
+    material_lobes_set(m, &o->lobes);
 }
 
 /* Extinction of the inside: attenuation_color is what remains after attenuation_distance, a length

@@ -7,6 +7,7 @@
 
 #include "protocol/limits.h"
 #include "protocol/utf8.h"
+#include "renderer/scene/material_lobes.h"
 
 static const double deg_per_rad = 57.295779513082320877;
 
@@ -108,6 +109,7 @@ static bool add_materials(const struct scene *scene, struct scene_outline *outli
         to->ior = (double)from->ior;
         to->thickness = (double)from->thickness;
         to->attenuation_distance = (double)from->attenuation_distance;
+        to->lobes = material_lobes_get(from);
         to->alpha_mode = (int)from->alpha_mode; /* same order, asserted in view_mapping.c */
     }
     return true;

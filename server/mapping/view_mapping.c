@@ -155,6 +155,7 @@ static void map_material(const struct request_material_override *from,
         .self_shadow = from->self_shadow,
         .has_cast_once = from->has_cast_once,
         .cast_once = from->cast_once,
+        .lobes = from->lobes,
     };
     to_floats(from->base_color, to->base_color, 4);
     to_floats(from->emissive, to->emissive, 3);

@@ -120,6 +120,17 @@ class Editing(PageTest):
         back = self.changed_by(lambda: self.press("Reset", "#panel-properties"))
         self.assertEqual(first, back)
 
+    def test_a_lobe_is_laid_over_a_material(self):
+        first = self.load()
+        self.press("Wall material", "#panel-properties")
+        edited = self.changed_by(lambda: self.enter("Sheen roughness", "0.5", "#panel-properties")
+                                 or self.enter("Clearcoat", "1", "#panel-properties"))
+        self.assertNotEqual(first, edited)
+        self.assertEqual({"sheen_roughness": 0.5, "clearcoat": 1},
+                         self.view()["overrides"]["materials"]["#1"])
+        self.assertEqual(first, self.changed_by(
+            lambda: self.press("Reset", "#panel-properties")))
+
     def test_lights_are_edited_added_and_removed(self):
         first = self.load()
         self.panel("lights")
