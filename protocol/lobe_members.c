@@ -2,6 +2,8 @@
 /* The table of lobes. */
 #include "protocol/lobe_members.h"
 
+#include "protocol/lobe_members_json.h"
+
 static const struct lobe_member_kind kinds[LOBE_MEMBER_COUNT] = {
     [LOBE_SPECULAR] = {"specular", 1, 0, 1},
     [LOBE_SPECULAR_COLOR] = {"specular_color", 3, 0, 1e12},

@@ -7,9 +7,6 @@
 
 #include <stdint.h>
 
-#include "protocol/json_read.h"
-#include "protocol/json_write.h"
-
 enum lobe_member {
     LOBE_SPECULAR,
     LOBE_SPECULAR_COLOR,
@@ -43,9 +40,5 @@ struct lobe_members {
     uint32_t said; /* bit set of 1u << enum lobe_member */
     double values[LOBE_MEMBER_COUNT][LOBE_NUMBERS_MAX];
 };
-
-/* Those of an object that has them, among others. ERROR_INVALID_REQUEST names the member. */
-MUST_CHECK bool lobe_members_read(const struct json_node *object, struct lobe_members *lobes);
-void lobe_members_write(const struct lobe_members *lobes, struct json_writer *writer);
 
 #endif

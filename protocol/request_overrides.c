@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "protocol/limits.h"
+#include "protocol/lobe_members_json.h"
 #include "protocol/request_parts.h"
 
 /* The member's name is that of a node or material. Returns an owned copy, or NULL with err set. */

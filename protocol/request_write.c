@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Writing a render request as canonical JSON. */
 #include "protocol/json_write.h"
+#include "protocol/lobe_members_json.h"
 #include "protocol/request_parts.h"
 #include "protocol/request_tree.h"
 

@@ -8,6 +8,7 @@
 
 #include "protocol/json_read.h"
 #include "protocol/json_write.h"
+#include "protocol/lobe_members_json.h"
 #include "protocol/render_request.h"
 
 /* ---- lists ---- */

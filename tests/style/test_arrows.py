@@ -14,9 +14,9 @@ FOLDERS = {"server", "protocol", "renderer", "shaders", "glb", "clients", "tests
 # folder -> what it may include: whole folders, or single headers
 ARROWS = {
     "protocol": {"protocol"},
-    "renderer": {"renderer", "shaders", "protocol/error.h", "protocol/quality_defaults.h",
-                 "protocol/scene_format.h", "protocol/shadow_technique.h",
-                 "protocol/transparency.h"},
+    "renderer": {"renderer", "shaders", "protocol/error.h", "protocol/lobe_members.h",
+                 "protocol/quality_defaults.h", "protocol/scene_format.h",
+                 "protocol/shadow_technique.h", "protocol/transparency.h"},
     "glb": {"glb", "protocol"},
     "server": {"server", "protocol", "renderer", "glb/demo_scene.h"},
     # images and their metrics need no GL, and a client that compares files needs no server
