@@ -69,6 +69,7 @@ struct glb_material_desc {
     double transmission;         /* above 0 writes KHR_materials_transmission */
     bool has_ior;                /* false: nothing is written, glTF's default is 1.5 */
     double ior;                  /* 0, or at least 1 */
+    double dispersion;           /* above 0 writes KHR_materials_dispersion */
     double thickness;            /* m; 0 = thin wall */
     double attenuation_distance; /* m; 0 = infinite */
     double attenuation_color[3]; /* written when attenuation_distance > 0 */

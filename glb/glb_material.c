@@ -114,6 +114,11 @@ static void put_glass(struct glb_builder *builder, json_t *extensions,
         glb_put(builder, body, "ior", glb_number(builder, desc->ior, "ior"));
         put_extension(builder, extensions, "KHR_materials_ior", body);
     }
+    if (desc->dispersion > 0) {
+        json_t *body = glb_object(builder);
+        glb_put(builder, body, "dispersion", glb_number(builder, desc->dispersion, "dispersion"));
+        put_extension(builder, extensions, "KHR_materials_dispersion", body);
+    }
     if (desc->thickness > 0) {
         json_t *body = glb_object(builder);
         glb_put(builder, body, "thicknessFactor",
@@ -291,6 +296,7 @@ static bool check_material(struct glb_builder *builder, const struct glb_materia
            glb_check_range(builder, desc->alpha_cutoff, 0, 1, "alpha_cutoff") &&
            glb_check_range(builder, desc->transmission, 0, 1, "transmission") &&
            (desc->ior == 0 || glb_check_range(builder, desc->ior, 1, FLT_MAX, "ior")) &&
+           glb_check_range(builder, desc->dispersion, 0, FLT_MAX, "dispersion") &&
            glb_check_range(builder, desc->thickness, 0, FLT_MAX, "thickness") &&
            glb_check_range(builder, desc->attenuation_distance, 0, FLT_MAX,
                            "attenuation_distance") &&

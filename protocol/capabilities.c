@@ -292,9 +292,21 @@ static const char *const filter_sentences[] = {
     "1 - alpha: coverage, grey shadows",
     "(1 - alpha) * base_color",
 };
+static const char *const refraction_sentences[] = {
+    "glass bends and scatters what is behind it as its material says",
+    "all is seen straight through, whatever the index and the roughness",
+};
+static const char *const visibility_sentences[] = {
+    "light of an environment map passes everything in rasterised pictures",
+    "rays find what is in its way: environment_samples of them at each surface of a pixel",
+};
 static const struct technique_kind technique_kinds[] = {
     {.key = "light_lists", .name = request_light_lists_name, .sentences = light_list_sentences},
     {.key = "blend_filter", .name = request_blend_filter_name, .sentences = filter_sentences},
+    {.key = "refraction", .name = request_refraction_name, .sentences = refraction_sentences},
+    {.key = "environment_visibility",
+     .name = request_visibility_name,
+     .sentences = visibility_sentences},
 };
 
 static json_t *write_kind(const struct technique_kind *kind)
@@ -384,7 +396,7 @@ static json_t *write_error_parameter(void)
 
 static json_t *write_techniques(void)
 {
-    static const int taps[] = {1, 4, 9, 16, 0}, samples[] = {1, 4, 16, 64, 256, 0};
+    static const int taps[] = {1, 4, 9, 16, 0}, samples[] = {1, 4, 8, 16, 64, 256, 0};
     struct json_writer writer = json_writer_begin(), parameters = json_writer_begin();
     json_put(&writer, "shadows", write_shadows());
     json_put(&writer, "transparency", write_transparency());
@@ -405,6 +417,8 @@ static json_t *write_techniques(void)
              write_parameter(1, LIMIT_AREA_SAMPLES, quality->area_samples, NULL));
     json_put(&parameters, "environment_samples",
              write_parameter(1, LIMIT_ENVIRONMENT_SAMPLES, quality->environment_samples, NULL));
+    json_put(&parameters, "refraction_samples",
+             write_parameter(1, LIMIT_REFRACTION_SAMPLES, quality->refraction_samples, NULL));
     json_put(&writer, "parameters", json_writer_take(&parameters));
     return json_writer_take(&writer);
 }

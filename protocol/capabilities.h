@@ -51,9 +51,8 @@ struct device_capabilities {
     char driver[CAPABILITIES_NAME_BYTES]; /* EGL platform in use */
     int device_count;
     bool is_software;
-    char devices[CAPABILITIES_DEVICES][CAPABILITIES_LINE_BYTES]; /* a line on each that EGL lists,
-                                                                     and why it was passed over;
-                                                                     "" ends them */
+    /* A line on each that EGL lists, and why it was passed over; "" ends them. */
+    char devices[CAPABILITIES_DEVICES][CAPABILITIES_LINE_BYTES];
     uint32_t passed_over;                  /* set of bits: those of these lines that say so */
     char warning[CAPABILITIES_LINE_BYTES]; /* of software beside hardware; "": none */
     int max_texture_size, max_samples;

@@ -38,7 +38,7 @@ json_t *environment_summary_to_json(const struct environment_summary *summary)
     json_put_number(&writer, "peak_radiance", summary->peak_radiance);
     json_put(&writer, "bytes", summary_write_bytes(summary->upload_bytes, summary->decoded_bytes));
     json_put(&writer, "warnings", summary_write_names(&summary->warnings));
-    json_put(&writer, "created", summary_write_time(summary->created_unix_s));
+    json_put(&writer, "created", json_time(summary->created_unix_s));
     return json_writer_take(&writer);
 }
 

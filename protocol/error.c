@@ -26,6 +26,7 @@ static const struct code_info code_table[ERROR_CODE_COUNT] = {
     [ERROR_TOO_LARGE] = {"too_large", "The request is over a limit", 413},
     [ERROR_UNSUPPORTED_MEDIA_TYPE] = {"unsupported_media_type", "This media type is not taken",
                                       415},
+    [ERROR_RANGE] = {"range_not_satisfiable", "The range is outside of the file", 416},
     [ERROR_INVALID_SCENE] = {"invalid_scene", "The scene is broken", 422},
     [ERROR_INVALID_ENVIRONMENT] = {"invalid_environment", "The environment map is broken", 422},
     [ERROR_UNSUPPORTED] = {"unsupported", "This build or device cannot do that", 422},

@@ -21,6 +21,7 @@ enum error_code {
     ERROR_PRECONDITION_FAILED,    /* 412: If-Match names another revision */
     ERROR_TOO_LARGE,              /* 413: over a named limit */
     ERROR_UNSUPPORTED_MEDIA_TYPE, /* 415 */
+    ERROR_RANGE,                  /* 416: the Range header asks for bytes that are not there */
     ERROR_INVALID_SCENE,          /* 422: the scene is broken; names file, element and limit */
     ERROR_INVALID_ENVIRONMENT,    /* 422: the environment map is broken; names texel and limit */
     ERROR_UNSUPPORTED,            /* 422: valid, but this build or device cannot do it */

@@ -51,7 +51,9 @@ static const struct count_member count_members[] = {
     COUNT(shadowed_lights),
     COUNT(unseen_lights),
     COUNT(light_batches),
-    COUNT(light_slices),
+    COUNT(light_chunks),
+    {"light_slices", offsetof(struct frame_stats, counts.light_chunks)}, /* its earlier name */
+    COUNT(rounds),
     COUNT(split_pixels),
     COUNT(draws),
     COUNT(triangles),
@@ -148,7 +150,7 @@ void frame_stats_promise(struct frame_stats *stats, const struct frame_promise *
 
 /* ---- writing ---- */
 
-/* Times are told to the microsecond, means to a thousandth: more digits would be noise. */
+/* Times are reported to the microsecond, means to a thousandth: more digits would be noise. */
 static double rounded(double number)
 {
     return round(number * 1000) / 1000;

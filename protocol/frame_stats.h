@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "protocol/error.h"
+#include "protocol/report_counts.h"
 
 enum {
     FRAME_STATS_PASSES_MAX = 64,
@@ -84,7 +85,7 @@ struct frame_promise {
     double budget_ms; /* that was asked for; 0: none */
     double base_ms;   /* of the row that was chosen, before what was learned; 0: none was */
     double bytes;     /* likewise, of memory; 0: not known */
-    bool is_warm, is_measured; /* that row's time, and where from: server/worker/experience.h */
+    bool is_warm, is_measured; /* that row's time, and where from: server/worker/time_estimator.h */
     enum frame_error_source source;
     char warning[FRAME_STATS_TEXT_BYTES]; /* "" = none */
 };
@@ -100,34 +101,15 @@ struct frame_stats {
     bool has_exposure;  /* the picture has colours of a screen */
     double exposure_ev; /* theirs */
     struct frame_stats_environment {
-        char image[65]; /* as in the request; "": no environment map */
+        char image[65]; /* as in a request; "": no environment map */
         int samples;    /* towards it, per ray traced point; 0: nothing was ray traced */
     } environment;
     struct frame_stats_pass plan[FRAME_STATS_PASSES_MAX];
     int plan_count;
     double timings_ms[FRAME_TIMING_COUNT];
-    struct {
-        uint64_t lights, shadowed_lights, unseen_lights, light_batches, light_slices, split_pixels,
-            draws, triangles, events, longest_list, lookups, shadow_rays, draw_calls, culled,
-            shadow_draws, shadow_culled;
-        double mean_list;
-        uint64_t transparent_fragments, longest_pixel_list, light_list_entries;
-        uint64_t shadow_maps_built, shadow_maps_reused;
-        uint64_t feature_edges, outlined_pixels; /* of overlays */
-        uint64_t states_reused, gbuffers_drawn, gbuffers_reused;
-        uint64_t light_lists_built, light_lists_reused;
-        uint64_t pixel_lists_built, pixel_lists_reused;
-        uint64_t plans_made, plans_reused, programs_built, programs_reused, programs_loaded;
-    } counts;
-    struct frame_stats_compression { /* of deep lists that are approximated; maps 0 = none is */
-        uint64_t maps, events, nodes, exact_bytes, node_bytes, windows, prefilter;
-        double max_error; /* of a transmittance */
-    } compression;
-    struct frame_stats_textures { /* budget_bytes 0 = null: none were sampled */
-        uint64_t budget_bytes, resident_bytes, wanted_bytes, pending_bytes, written_bytes;
-        uint64_t coarse_count, level_bias, compressed_count, compressed_bytes;
-        double compressed_rmse, upload_ms;
-    } textures;
+    struct report_counts counts;
+    struct report_compression compression; /* maps 0: null */
+    struct report_textures textures;       /* budget_bytes 0: null */
     struct frame_stats_bytes bytes[FRAME_STATS_BYTES_MAX];
     int byte_count;
     uint64_t resident_bytes; /* of all structures that the renderer holds, after the frame */

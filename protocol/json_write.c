@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "protocol/utf8.h"
 
@@ -52,6 +53,17 @@ json_t *json_text(const char *text)
 json_t *json_finite(double number)
 {
     return isfinite(number) ? json_real(number) : json_null();
+}
+
+json_t *json_time(int64_t unix_s)
+{
+    char text[64];
+    time_t time = (time_t)unix_s;
+    struct tm utc;
+    if (unix_s == 0 || !gmtime_r(&time, &utc) ||
+        strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc) == 0)
+        return json_null();
+    return json_string(text);
 }
 
 json_t *json_numbers(const double *numbers, size_t count)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Building JSON objects without a check per member: a failure is kept and told at the end.
- * Used by the writers of protocol/ only. Thread: any. */
+/* Building JSON objects without a check per member: a failure is kept and reported at the end.
+ * Thread: any. */
 #ifndef VITRAIL_PROTOCOL_JSON_WRITE_H
 #define VITRAIL_PROTOCOL_JSON_WRITE_H
 
@@ -35,6 +35,8 @@ void json_put_bool(struct json_writer *writer, const char *key, bool value);
 
 json_t *json_text(const char *text); /* malformed UTF-8 becomes '?'; NULL reads as "" */
 json_t *json_finite(double number);  /* null when it is not finite */
+/* RFC 3339 in UTC; null when the time is 0, never set, or has no calendar date. */
+json_t *json_time(int64_t unix_s);
 json_t *json_numbers(const double *numbers, size_t count);
 
 /* The object, or NULL (and nothing leaked) when anything failed. */

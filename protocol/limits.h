@@ -26,10 +26,14 @@ enum limits {
     LIMIT_JSON_VALUES = 6 << 20,      /* in a body: 4.6 Mi hold the same; some 32 bytes each */
     LIMIT_AREA_SAMPLES = 4096,        /* per area light and point: errors below 1e-3 */
     LIMIT_ENVIRONMENT_SAMPLES = 4096, /* towards an environment map per point; same reason */
+    LIMIT_REFRACTION_SAMPLES = 4096,  /* behind a rough surface per sample; same reason */
     LIMIT_OUTPUTS = 10,               /* outputs of one render */
     LIMIT_FRAMES_KEPT = 1024,         /* frame reports kept for /v1/frames/{id} */
     LIMIT_TRADEOFFS_KEPT = 128,       /* with their rows, some 90 KiB of memory each */
     LIMIT_TRADEOFFS_WAITING = 16,     /* each may take an hour; more are a 503 */
+    LIMIT_JOBS_KEPT = 4096,           /* some 16 KiB of memory each, without their frames */
+    LIMIT_JOB_FRAMES = 100000,        /* of one job: more than an hour of film at 24 a second */
+    LIMIT_JOB_FRAMES_KEPT = 1000000,  /* of all jobs, some 150 bytes of memory each */
     LIMIT_PREFILTER = 4, /* rays per side of a shadow texel: 16 lists stay in registers */
     LIMIT_TRADEOFF_PIXELS = 9 << 20, /* 4096x2160: the reference takes 16 bytes of each */
     LIMIT_QUEUE_DEPTH = 256,         /* renders waiting for a worker; more are a 503 */

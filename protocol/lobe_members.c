@@ -18,6 +18,7 @@ static const struct lobe_member_kind kinds[LOBE_MEMBER_COUNT] = {
     [LOBE_ANISOTROPY_ROTATION] = {"anisotropy_rotation_deg", 1, -360, 360},
     [LOBE_DIFFUSE_TRANSMISSION] = {"diffuse_transmission", 1, 0, 1},
     [LOBE_DIFFUSE_TRANSMISSION_COLOR] = {"diffuse_transmission_color", 3, 0, 1},
+    [LOBE_DISPERSION] = {"dispersion", 1, 0, 100},
 };
 
 const struct lobe_member_kind *lobe_member_kind(int member)

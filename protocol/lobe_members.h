@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The members of overrides.materials that belong to the lobes of glTF's extensions of materials:
- * KHR_materials_specular, _clearcoat, _sheen, _iridescence, _anisotropy and _diffuse_transmission.
- */
+ * KHR_materials_specular, _clearcoat, _sheen, _iridescence, _anisotropy, _diffuse_transmission and
+ * _dispersion. */
 #ifndef VITRAIL_PROTOCOL_LOBE_MEMBERS_H
 #define VITRAIL_PROTOCOL_LOBE_MEMBERS_H
 
@@ -21,6 +21,7 @@ enum lobe_member {
     LOBE_ANISOTROPY_ROTATION,
     LOBE_DIFFUSE_TRANSMISSION,
     LOBE_DIFFUSE_TRANSMISSION_COLOR,
+    LOBE_DISPERSION,
     LOBE_MEMBER_COUNT
 };
 

@@ -34,11 +34,12 @@ struct plan_document_pass {
     uint64_t bytes;      /* 0: not known before the frame */
 };
 
-enum plan_document_place {                       /* of a program */
-                           PLAN_DOCUMENT_ABSENT, /* it would have to be compiled */
-                           PLAN_DOCUMENT_IN_MEMORY,
-                           PLAN_DOCUMENT_ON_DISK, /* as an earlier start compiled it */
-                           PLAN_DOCUMENT_PLACE_COUNT
+/* Of a program. */
+enum plan_document_place {
+    PLAN_DOCUMENT_ABSENT, /* it would have to be compiled */
+    PLAN_DOCUMENT_IN_MEMORY,
+    PLAN_DOCUMENT_ON_DISK, /* as an earlier start compiled it */
+    PLAN_DOCUMENT_PLACE_COUNT
 };
 
 struct plan_document_program {
@@ -77,8 +78,8 @@ enum plan_format {
     PLAN_FORMAT_GLSL /* the sources of its programs; not written from a document */
 };
 
-const char *plan_format_name(int format); /* "json", "text", "dot", "svg", "glsl"; NULL past the
-                                             last */
+/* "json", "text", "dot", "svg", "glsl"; NULL past the last. */
+const char *plan_format_name(int format);
 const char *plan_format_media_type(int format); /* likewise */
 
 /* malloc'ed text of *length bytes, NUL-terminated, caller frees; NULL only when memory runs out.

@@ -12,6 +12,9 @@
 #define AREA_SAMPLES_DEFAULT_REFERENCE 256 /* likewise, with `reference` */
 #define ENVIRONMENT_SAMPLES_DEFAULT 16     /* towards an environment map, per ray traced point */
 #define ENVIRONMENT_SAMPLES_DEFAULT_REFERENCE 256 /* likewise, with `reference` */
+#define SAMPLES_RASTER_MAX 16                     /* per pixel, of the rasteriser */
+#define REFRACTION_SAMPLES_DEFAULT 16 /* behind a rough surface, of all samples of a pixel */
+#define REFRACTION_SAMPLES_DEFAULT_REFERENCE 64 /* of each sample, with `reference` */
 
 #define QUALITY_DEFAULT_QUOTED(number) #number
 #define QUALITY_DEFAULT_TEXT(number) QUALITY_DEFAULT_QUOTED(number)

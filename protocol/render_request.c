@@ -36,6 +36,11 @@ const char *request_tone_mapping_name(int mapping)
     NAME_OF(mapping, "neutral", "none", "agx", "aces");
 }
 
+const char *request_studio_name(int studio)
+{
+    NAME_OF(studio, "auto", "on", "off");
+}
+
 const char *request_light_lists_name(int light_lists)
 {
     NAME_OF(light_lists, "auto", "clustered", "linked");
@@ -44,6 +49,16 @@ const char *request_light_lists_name(int light_lists)
 const char *request_blend_filter_name(int filter)
 {
     NAME_OF(filter, "tint", "coverage", "kim");
+}
+
+const char *request_refraction_name(int refraction)
+{
+    NAME_OF(refraction, "auto", "off");
+}
+
+const char *request_visibility_name(int visibility)
+{
+    NAME_OF(visibility, "none", "rays");
 }
 
 const char *request_output_name(int output)

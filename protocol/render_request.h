@@ -47,12 +47,16 @@ enum request_tone_mapping {
     REQUEST_TONE_AGX,
     REQUEST_TONE_ACES
 };
+enum request_studio { REQUEST_STUDIO_AUTO, REQUEST_STUDIO_ON, REQUEST_STUDIO_OFF };
 enum request_light_lists {
     REQUEST_LIGHT_LISTS_AUTO,
     REQUEST_LIGHT_LISTS_CLUSTERED,
     REQUEST_LIGHT_LISTS_LINKED
 };
+/* What is in the way of an environment map's light in rasterised pictures. */
+enum request_visibility { REQUEST_VISIBILITY_NONE, REQUEST_VISIBILITY_RAYS };
 enum request_blend_filter { REQUEST_BLEND_TINT, REQUEST_BLEND_COVERAGE, REQUEST_BLEND_KIM };
+enum request_refraction { REQUEST_REFRACTION_AUTO, REQUEST_REFRACTION_OFF };
 enum request_output {
     REQUEST_OUTPUT_COLOR,
     REQUEST_OUTPUT_DEPTH,
@@ -165,15 +169,18 @@ struct request_quality {
     enum transparency transparency;
     enum request_light_lists light_lists;
     enum request_blend_filter blend_filter;
+    enum request_refraction refraction;
     int shadow_resolution;                         /* texels per side, [1, 16384] */
     int shadow_taps;                               /* 1, 4, 9 or 16 */
     bool says_shadow_resolution, says_shadow_taps; /* said beside max_error or budget_ms, so that
                                                       the server may not choose them */
-    int samples; /* per pixel, 1 or 4, raytraced also 16, 64 or 256; 0 = the default, or 1 where the
-                    device cannot */
+    int samples; /* per pixel, 1, 4, 8 or 16, raytraced also 64 or 256; 0 = the default, or 1 where
+                    the device cannot */
     bool reference; /* ray traced in double precision with every light; shadows AUTO or RAYTRACED */
-    int area_samples;          /* per area light and point, [1, 4096]; 0 = the default */
+    int area_samples; /* per area light and point, [1, 4096]; 0 = the default */
+    enum request_visibility environment_visibility;
     int environment_samples;   /* towards an environment map per point, [1, 4096]; likewise */
+    int refraction_samples;    /* directions behind a rough surface, [1, 4096]; likewise */
     double shadow_compression; /* of deep lists: greatest error of a transmittance; [0.001, 0.5];
                                   0 = exact, but with a prefilter 0.001; shadows AUTO or DEEP */
     int shadow_prefilter;      /* of deep lists: rays averaged per side of a texel, [1, 4]; likewise
@@ -220,6 +227,12 @@ struct request_edges {
     double hidden;   /* [0, 1]; default 0 */
 };
 
+/* A horizontal plane that catches shadows. */
+struct request_ground_plane {
+    bool is_given, has_height; /* without: just below the scene */
+    double height;             /* m, along +Y */
+};
+
 /* Made by render_request_parse or render_request_init_defaults; owns all its strings and arrays. */
 struct render_request {
     char scene[65];    /* 64 lowercase hexadecimal digits; "" until it is known */
@@ -228,6 +241,7 @@ struct render_request {
     struct request_light *lights; /* owned, in addition to those of the scene */
     size_t light_count;
     bool ignore_scene_lights;
+    enum request_studio studio;          /* AUTO: where neither scene nor request has a light */
     struct request_node_override *nodes; /* owned, sorted by name */
     size_t node_count;
     struct request_material_override *materials; /* owned, sorted by name */
@@ -239,6 +253,7 @@ struct render_request {
     size_t clip_plane_count;
     struct request_animation animation;
     char *variant; /* owned; of materials: name or "#0"; NULL: as the file has them */
+    struct request_ground_plane ground_plane;
     struct request_highlight highlight;
     struct request_edges edges;
     double background[4]; /* linear, unassociated alpha */
@@ -290,8 +305,11 @@ const char *request_light_type_name(int type);
 const char *request_alpha_mode_name(int mode);
 const char *request_pass_through_name(int model);
 const char *request_tone_mapping_name(int mapping);
+const char *request_studio_name(int studio);
 const char *request_light_lists_name(int light_lists);
 const char *request_blend_filter_name(int filter);
+const char *request_refraction_name(int refraction);
+const char *request_visibility_name(int visibility);
 const char *request_output_name(int output);
 const char *request_format_name(int format); /* index 0 is "any", which no request may say */
 

@@ -181,6 +181,7 @@ static bool read_material(const struct json_node *node, struct request_material_
                                         "anisotropy_rotation_deg",
                                         "diffuse_transmission",
                                         "diffuse_transmission_color",
+                                        "dispersion",
                                         NULL};
     struct request_material_override *o = override;
     if (!json_expect_object(node, known) ||

@@ -28,20 +28,28 @@ static bool read_techniques(const struct json_node *node, struct request_quality
     const struct json_choice transparency = {.name = transparency_name};
     const struct json_choice light_lists = {.name = request_light_lists_name};
     const struct json_choice filters = {.name = request_blend_filter_name};
+    const struct json_choice refractions = {.name = request_refraction_name};
+    const struct json_choice visibilities = {.name = request_visibility_name};
     struct json_node shadows_node = json_member(node, "shadows");
     struct json_node transparency_node = json_member(node, "transparency");
     struct json_node light_lists_node = json_member(node, "light_lists");
     struct json_node filter_node = json_member(node, "blend_filter");
-    int shadow = 0, transparent = 0, light_list = 0, filter = 0;
+    struct json_node refraction_node = json_member(node, "refraction");
+    struct json_node visibility_node = json_member(node, "environment_visibility");
+    int shadow = 0, transparent = 0, light_list = 0, filter = 0, refraction = 0, visibility = 0;
     if (!json_read_choice(&shadows_node, &shadows, &shadow) ||
         !json_read_choice(&transparency_node, &transparency, &transparent) ||
         !json_read_choice(&light_lists_node, &light_lists, &light_list) ||
-        !json_read_choice(&filter_node, &filters, &filter))
+        !json_read_choice(&filter_node, &filters, &filter) ||
+        !json_read_choice(&refraction_node, &refractions, &refraction) ||
+        !json_read_choice(&visibility_node, &visibilities, &visibility))
         return false;
     quality->shadows = (enum shadow_technique)shadow;
     quality->transparency = (enum transparency)transparent;
     quality->light_lists = (enum request_light_lists)light_list;
     quality->blend_filter = (enum request_blend_filter)filter;
+    quality->refraction = (enum request_refraction)refraction;
+    quality->environment_visibility = (enum request_visibility)visibility;
     return true;
 }
 
@@ -75,12 +83,13 @@ static bool read_deep_lists(const struct json_node *node, struct request_quality
                        others);
 }
 
-bool request_read_quality(const struct json_node *node, struct request_quality *quality)
+static bool read_quality(const struct json_node *node, struct request_quality *quality)
 {
     static const char *const known[] = {"shadows",
                                         "transparency",
                                         "light_lists",
                                         "blend_filter",
+                                        "refraction",
                                         "shadow_resolution",
                                         "shadow_taps",
                                         "samples",
@@ -88,6 +97,8 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
                                         "reference",
                                         "area_samples",
                                         "environment_samples",
+                                        "refraction_samples",
+                                        "environment_visibility",
                                         "max_error",
                                         "budget_ms",
                                         "shadow_compression",
@@ -105,6 +116,7 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
     struct json_node reference = json_member(node, "reference");
     struct json_node area_samples = json_member(node, "area_samples");
     struct json_node environment_samples = json_member(node, "environment_samples");
+    struct json_node refraction_samples = json_member(node, "refraction_samples");
     struct json_node max_error = json_member(node, "max_error");
     struct json_node budget_ms = json_member(node, "budget_ms");
     if (!json_read_int(&resolution, 1, LIMIT_SHADOW_RESOLUTION, &quality->shadow_resolution) ||
@@ -115,6 +127,8 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
         !json_read_int(&area_samples, 1, LIMIT_AREA_SAMPLES, &quality->area_samples) ||
         !json_read_int(&environment_samples, 1, LIMIT_ENVIRONMENT_SAMPLES,
                        &quality->environment_samples) ||
+        !json_read_int(&refraction_samples, 1, LIMIT_REFRACTION_SAMPLES,
+                       &quality->refraction_samples) ||
         !json_read_number(&max_error, 1e-9, 1e6, &quality->max_error) ||
         !json_read_number(&budget_ms, 0.001, 86400000, &quality->budget_ms) ||
         !read_deep_lists(node, quality))
@@ -142,9 +156,12 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
     bool is_traced =
         quality->reference || shadow_technique_can(quality->shadows, SHADOW_CAN_MANY_SAMPLES);
     n = quality->samples;
-    if (n != 0 && n != 1 && n != 4 && !(is_traced && (n == 16 || n == 64 || n == 256)))
+    if (quality->reference && n == 8)
         return json_refuse(&samples, ERROR_INVALID_REQUEST,
-                           "must be 1 or 4, or with raytraced shadows also 16, 64 or 256");
+                           "must be 1, 4, 16, 64 or 256: the reference takes a regular grid");
+    if (n != 0 && n != 1 && n != 4 && n != 8 && n != 16 && !(is_traced && (n == 64 || n == 256)))
+        return json_refuse(&samples, ERROR_INVALID_REQUEST,
+                           "must be 1, 4, 8 or 16, or with raytraced shadows also 64 or 256");
     return true;
 }
 
@@ -353,27 +370,43 @@ static bool read_exposure(const struct json_node *node, struct render_request *r
 static bool read_members(const struct json_node *root, struct render_request *request)
 {
     const struct json_choice mappings = {.name = request_tone_mapping_name};
+    const struct json_choice studios = {.name = request_studio_name};
     struct json_node scene = json_member(root, "scene");
     struct json_node width = json_member(root, "width"), height = json_member(root, "height");
     struct json_node scene_lights = json_member(root, "scene_lights");
+    struct json_node studio = json_member(root, "studio");
     struct json_node animation = json_member(root, "animation");
     struct json_node variant = json_member(root, "variant");
     struct json_node background = json_member(root, "background");
     struct json_node exposure = json_member(root, "exposure_ev");
     struct json_node mapping = json_member(root, "tone_mapping");
     bool has_scene_lights = true;
-    int mapping_index = 0;
+    int mapping_index = 0, studio_index = 0;
     if (!request_read_scene(&scene, request->scene) ||
         !json_read_int(&width, 1, LIMIT_IMAGE_SIDE_PX, &request->width) ||
         !json_read_int(&height, 1, LIMIT_IMAGE_SIDE_PX, &request->height) ||
         !json_read_bool(&scene_lights, &has_scene_lights) ||
+        !json_read_choice(&studio, &studios, &studio_index) ||
         !read_background(&background, request->background) || !read_exposure(&exposure, request) ||
         !json_read_choice(&mapping, &mappings, &mapping_index) ||
         !read_animation(&animation, &request->animation) || !read_variant(&variant, request))
         return false;
     request->ignore_scene_lights = !has_scene_lights;
+    request->studio = (enum request_studio)studio_index;
     request->tone_mapping = (enum request_tone_mapping)mapping_index;
     return true;
+}
+
+static bool read_ground_plane(const struct json_node *node, struct request_ground_plane *plane)
+{
+    static const char *const known[] = {"height", NULL};
+    if (!node->value)
+        return true;
+    if (!json_expect_object(node, known))
+        return false;
+    struct json_node height = json_member(node, "height");
+    *plane = (struct request_ground_plane){.is_given = true, .has_height = height.value};
+    return json_read_number(&height, -LIMIT_COORDINATE, LIMIT_COORDINATE, &plane->height);
 }
 
 /* Those of images first, then those that a view has, too. */
@@ -382,7 +415,7 @@ static const char *const request_members[] = {
     "width",       "height",       "camera",      "lights",          "scene_lights",
     "overrides",   "parts",        "clip_planes", "animation",       "background",
     "exposure_ev", "tone_mapping", "environment", "quality",         "highlight",
-    "edges",       "variant",      NULL};
+    "edges",       "variant",      "studio",      "ground_plane",    NULL};
 enum { MEMBERS_OF_IMAGES = 4 };
 
 const char *const *request_view_members(void)
@@ -400,14 +433,16 @@ static bool read_request(const struct json_node *root, struct render_request *re
     struct json_node environment = json_member(root, "environment");
     struct json_node highlight = json_member(root, "highlight"), edges = json_member(root, "edges");
     struct json_node quality = json_member(root, "quality");
+    struct json_node ground_plane = json_member(root, "ground_plane");
     struct json_node parts = json_member(root, "parts");
     return request_read_camera(&camera, &request->camera) &&
            request_read_lights(&lights, request) && request_read_overrides(&overrides, request) &&
            request_read_parts(&parts, request) && read_clip_planes(&clip_planes, request) &&
            read_environment(&environment, request) &&
+           read_ground_plane(&ground_plane, &request->ground_plane) &&
            request_read_highlight(&highlight, &request->highlight) &&
            request_read_edges(&edges, &request->edges) &&
-           request_read_quality(&quality, &request->quality) && read_outputs(root, request) &&
+           read_quality(&quality, &request->quality) && read_outputs(root, request) &&
            read_format(root, request);
 }
 

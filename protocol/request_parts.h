@@ -12,7 +12,6 @@ MUST_CHECK bool request_read_camera(const struct json_node *node, struct request
 MUST_CHECK bool request_read_lights(const struct json_node *node, struct render_request *request);
 MUST_CHECK bool request_read_overrides(const struct json_node *node,
                                        struct render_request *request);
-MUST_CHECK bool request_read_quality(const struct json_node *node, struct request_quality *quality);
 
 MUST_CHECK bool request_read_highlight(const struct json_node *node,
                                        struct request_highlight *highlight);

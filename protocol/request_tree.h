@@ -16,5 +16,7 @@ MUST_CHECK json_t *request_quality_to_tree(const struct request_quality *quality
  * what it varies, and what its reference does not depend on, is left at one value. members:
  * canonical, borrowed; quality: theirs. malloc'ed; NULL: no memory. */
 MUST_CHECK char *request_reference_text(json_t *members, const struct request_quality *quality);
+/* Likewise of a struct render_request, in the form of a callback. */
+MUST_CHECK char *request_reference_text_of(const void *request);
 
 #endif

@@ -231,6 +231,15 @@ static json_t *write_edges(const struct request_edges *edges)
     return json_writer_take(&writer);
 }
 
+static json_t *write_ground_plane(const struct request_ground_plane *plane)
+{
+    if (!plane->is_given)
+        return json_null();
+    struct json_writer writer = json_writer_begin();
+    json_put(&writer, "height", plane->has_height ? json_finite(plane->height) : json_null());
+    return json_writer_take(&writer);
+}
+
 static json_t *write_environment(const struct render_request *request)
 {
     if (!request->has_environment)
@@ -273,6 +282,7 @@ json_t *request_quality_to_tree(const struct request_quality *quality)
     json_put_text(&writer, "transparency", transparency_name((int)quality->transparency));
     json_put_text(&writer, "light_lists", request_light_lists_name((int)quality->light_lists));
     json_put_text(&writer, "blend_filter", request_blend_filter_name((int)quality->blend_filter));
+    json_put_text(&writer, "refraction", request_refraction_name((int)quality->refraction));
     json_put(&writer, "shadow_resolution",
              integer_or_null(is_open_resolution ? 0 : quality->shadow_resolution));
     json_put(&writer, "shadow_taps", integer_or_null(is_open_taps ? 0 : quality->shadow_taps));
@@ -283,7 +293,10 @@ json_t *request_quality_to_tree(const struct request_quality *quality)
     json_put_bool(&writer, "faithful", quality->faithful);
     json_put_bool(&writer, "reference", quality->reference);
     json_put(&writer, "area_samples", integer_or_null(quality->area_samples));
+    json_put_text(&writer, "environment_visibility",
+                  request_visibility_name((int)quality->environment_visibility));
     json_put(&writer, "environment_samples", integer_or_null(quality->environment_samples));
+    json_put(&writer, "refraction_samples", integer_or_null(quality->refraction_samples));
     put_number_or_null(&writer, "max_error", quality->max_error);
     put_number_or_null(&writer, "budget_ms", quality->budget_ms);
     return json_writer_take(&writer);
@@ -309,11 +322,13 @@ json_t *request_to_tree(const struct render_request *request)
     json_put(&writer, "camera", write_camera(&request->camera));
     json_put(&writer, "lights", write_lights(request));
     json_put_bool(&writer, "scene_lights", !request->ignore_scene_lights);
+    json_put_text(&writer, "studio", request_studio_name((int)request->studio));
     json_put(&writer, "overrides", write_overrides(request));
     json_put(&writer, "parts", write_parts(request));
     json_put(&writer, "clip_planes", write_clip_planes(request));
     json_put(&writer, "animation", write_animation(&request->animation));
     json_put_text_or_null(&writer, "variant", request->variant);
+    json_put(&writer, "ground_plane", write_ground_plane(&request->ground_plane));
     json_put(&writer, "highlight", write_highlight(&request->highlight));
     json_put(&writer, "edges", write_edges(&request->edges));
     json_put_numbers(&writer, "background", request->background, 4);
@@ -355,4 +370,13 @@ char *request_reference_text(json_t *members, const struct request_quality *qual
     json_put_text(&writer, "tone_mapping", request_tone_mapping_name(REQUEST_TONE_NEUTRAL));
     return json_take_dump(json_writer_take(&writer),
                           JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
+}
+
+char *request_reference_text_of(const void *request)
+{
+    const struct render_request *of = request;
+    json_t *members = request_to_tree(of);
+    char *text = members ? request_reference_text(members, &of->quality) : NULL;
+    json_decref(members);
+    return text;
 }

@@ -16,6 +16,10 @@ static const struct scene_format_info formats[SCENE_FORMAT_COUNT] = {
     [SCENE_FORMAT_COLLADA] = {"collada", "COLLADA", ".dae", "model/vnd.collada+xml", "assimp",
                               VITRAIL_WITH_ASSIMP},
     [SCENE_FORMAT_INVENTOR] = {"iv", "Open Inventor", ".iv", NULL, "assimp", VITRAIL_WITH_ASSIMP},
+    [SCENE_FORMAT_STEP] = {"step", "STEP", ".step .stp", "model/step", "opencascade",
+                           VITRAIL_WITH_OPENCASCADE},
+    [SCENE_FORMAT_IGES] = {"iges", "IGES", ".iges .igs", "model/iges", "opencascade",
+                           VITRAIL_WITH_OPENCASCADE},
     [SCENE_FORMAT_3MF] = {"3mf", "3MF", ".3mf", "model/3mf", "assimp", VITRAIL_WITH_ASSIMP},
     [SCENE_FORMAT_3DS] = {"3ds", "3DS", ".3ds", NULL, "assimp", VITRAIL_WITH_ASSIMP},
     [SCENE_FORMAT_STL] = {"stl", "STL", ".stl", "model/stl", "assimp", VITRAIL_WITH_ASSIMP},
@@ -64,6 +68,11 @@ bool scene_format_from_name(const char *name, enum scene_format *format)
             return true;
         }
     return false;
+}
+
+bool scene_format_takes_deflection(enum scene_format format)
+{
+    return format == SCENE_FORMAT_STEP || format == SCENE_FORMAT_IGES;
 }
 
 double scene_unit_from_name(const char *name)

@@ -21,6 +21,8 @@ enum scene_format {
     SCENE_FORMAT_3MF,
     SCENE_FORMAT_3DS,
     SCENE_FORMAT_INVENTOR,
+    SCENE_FORMAT_STEP,
+    SCENE_FORMAT_IGES,
     SCENE_FORMAT_COUNT
 };
 
@@ -53,7 +55,13 @@ struct scene_origin {
     double unit_m; /* metres of one unit of the file, above 0 */
     char up;       /* the axis of the file that points up: 'x', 'y' or 'z' */
     enum scene_word unit_by, up_by;
+    double deflection; /* that was asked for, in units of the file; 0: none was */
 };
+
+/* Whether its surfaces are no triangles, and become some within a deflection. */
+bool scene_format_takes_deflection(enum scene_format format);
+#define SCENE_DEFLECTION_LEAST 1e-9 /* units of the file */
+#define SCENE_DEFLECTION_MOST 1e9
 
 #ifdef __cplusplus
 }

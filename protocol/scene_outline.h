@@ -12,7 +12,7 @@
 #include "protocol/error.h"
 
 enum {
-    SCENE_OUTLINE_NODES_MAX = 65536,     /* as many as a request can override; more are cut */
+    SCENE_OUTLINE_NODES_MAX = 131072,    /* assemblies of 100,000 parts; more are cut */
     SCENE_OUTLINE_NAMES_BYTES = 8 << 20, /* of all nodes together; the list is cut there */
     SCENE_OUTLINE_ITEMS_MAX = 4096,      /* of each other list; longer ones are cut */
     SCENE_OUTLINE_NODE_MATERIALS_MAX = 8 /* of one node; more are left out */

@@ -232,6 +232,8 @@ static json_t *write_source(const struct scene_origin *source)
     json_put_text(&writer, "unit_by", scene_word_name(source->unit_by));
     json_put_text(&writer, "up", up);
     json_put_text(&writer, "up_by", scene_word_name(source->up_by));
+    if (source->deflection > 0)
+        json_put_number(&writer, "deflection", source->deflection);
     return json_writer_take(&writer);
 }
 
@@ -268,7 +270,7 @@ json_t *scene_summary_to_json(const struct scene_summary *summary)
         json_put(&writer, "source", write_source(&summary->source));
     json_put(&writer, "extensions", write_extensions(summary));
     json_put(&writer, "warnings", summary_write_names(&summary->warnings));
-    json_put(&writer, "created", summary_write_time(summary->created_unix_s));
+    json_put(&writer, "created", json_time(summary->created_unix_s));
     json_put(&writer, "outline", scene_outline_to_json(&summary->outline));
     return json_writer_take(&writer);
 }
@@ -381,11 +383,14 @@ static bool read_source(const struct json_node *node, struct scene_origin *sourc
     struct json_node format = json_member(node, "format"), up = json_member(node, "up");
     struct json_node unit_m = json_member(node, "unit_m");
     struct json_node unit_by = json_member(node, "unit_by"), up_by = json_member(node, "up_by");
+    struct json_node deflection = json_member(node, "deflection");
     const char *format_name = "", *axis = "";
     if (!json_expect_object(node, NULL) || !summary_read_string(&format, &format_name) ||
         !summary_read_string(&up, &axis) ||
         !json_read_number(&unit_m, DBL_MIN, DBL_MAX, &source->unit_m) ||
-        !read_word(&unit_by, &source->unit_by) || !read_word(&up_by, &source->up_by))
+        !read_word(&unit_by, &source->unit_by) || !read_word(&up_by, &source->up_by) ||
+        (deflection.value && !json_read_number(&deflection, SCENE_DEFLECTION_LEAST,
+                                               SCENE_DEFLECTION_MOST, &source->deflection)))
         return false;
     if (!scene_format_from_name(format_name, &source->format))
         return json_refuse(&format, ERROR_INVALID_REQUEST, "must be a format of scenes");
@@ -427,9 +432,8 @@ static bool read_summary(const struct json_node *root, struct scene_summary *sum
            scene_outline_read(&outline, &summary->outline);
 }
 
-bool scene_summary_from_json(json_t *json, struct scene_summary *summary, struct error *err)
+static bool from_json(json_t *json, struct scene_summary *summary, struct error *err)
 {
-    *summary = (struct scene_summary){0};
     struct json_node root = json_root(json, err);
     if (read_summary(&root, summary))
         return true;
@@ -442,7 +446,7 @@ bool scene_summary_from_json_text(const char *json, size_t length, struct scene_
 {
     *summary = (struct scene_summary){0};
     json_t *value = json_load_checked(json, length, SUMMARY_JSON_BYTES_MAX, err);
-    bool is_read = value && scene_summary_from_json(value, summary, err);
+    bool is_read = value && from_json(value, summary, err);
     json_decref(value);
     return is_read;
 }

@@ -40,8 +40,8 @@ struct scene_summary {
     char *name;         /* owned; as uploaded, NULL = none */
     uint64_t triangles; /* over all nodes, instances counted each time */
     uint64_t vertices, nodes, meshes, primitives, textures, images;
-    uint64_t material_count, light_count, camera_count, animation_count; /* may be more than the
-                                                                            lists hold */
+    /* May be more than the lists hold. */
+    uint64_t material_count, light_count, camera_count, animation_count;
     struct name_list materials, node_names;
     struct name_list file_scenes; /* of the file, in its order; "" without a name */
     struct name_list variants;    /* of materials */
@@ -60,7 +60,7 @@ struct scene_summary {
     struct scene_origin source; /* written where its unit_m is above 0: older summaries have none */
     struct name_list extensions_used, extensions_ignored, warnings;
     int64_t created_unix_s;       /* written as RFC 3339, UTC */
-    struct scene_outline outline; /* told by a route of its own */
+    struct scene_outline outline; /* served by a route of its own */
 };
 
 /* type is matched against the names above; an unknown one is refused. */
@@ -84,8 +84,6 @@ MUST_CHECK char *scene_summary_to_json_text(const struct scene_summary *summary)
 
 /* Reads what scene_summary_to_json writes; unknown members are passed over. On failure the summary
  * is zeroed. */
-MUST_CHECK bool scene_summary_from_json(json_t *json, struct scene_summary *summary,
-                                        struct error *err);
 MUST_CHECK bool scene_summary_from_json_text(const char *json, size_t length,
                                              struct scene_summary *summary, struct error *err);
 

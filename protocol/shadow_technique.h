@@ -14,7 +14,7 @@ enum shadow_can {
     SHADOW_CAN_MEDIA = 1 << 1,        /* closed volumes attenuate light on its way */
     SHADOW_CAN_AREA_LIGHTS = 1 << 2,  /* soft shadows of rect and disk lights */
     SHADOW_CAN_REFERENCE = 1 << 3,    /* `reference` goes with it */
-    SHADOW_CAN_MANY_SAMPLES = 1 << 4, /* 16, 64 and 256 samples per pixel */
+    SHADOW_CAN_MANY_SAMPLES = 1 << 4, /* 64 and 256 samples per pixel */
     SHADOW_CAN_LINKED_LISTS = 1 << 5, /* `light_lists: linked` goes with it */
 };
 

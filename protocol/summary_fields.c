@@ -23,17 +23,6 @@ json_t *summary_write_bytes(uint64_t upload, uint64_t decoded)
     return json_writer_take(&writer);
 }
 
-json_t *summary_write_time(int64_t unix_s)
-{
-    char text[64];
-    time_t time = (time_t)unix_s;
-    struct tm utc;
-    if (unix_s == 0 || !gmtime_r(&time, &utc) ||
-        strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc) == 0)
-        return json_null();
-    return json_string(text);
-}
-
 bool summary_read_string(const struct json_node *node, const char **text)
 {
     if (!json_is_string(node->value))

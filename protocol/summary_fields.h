@@ -11,8 +11,6 @@
 
 json_t *summary_write_names(const struct name_list *list);
 json_t *summary_write_bytes(uint64_t upload, uint64_t decoded);
-/* RFC 3339 in UTC; null when the time was never set or has no calendar date. */
-json_t *summary_write_time(int64_t unix_s);
 
 MUST_CHECK bool summary_read_string(const struct json_node *node, const char **text);
 MUST_CHECK bool summary_read_names(const struct json_node *node, struct name_list *list);

@@ -95,7 +95,7 @@ void tradeoff_warn(struct tradeoff *tradeoff, const char *format, ...)
     utf8_sanitize(text, length >= TRADEOFF_TEXT_BYTES);
 }
 
-void tradeoff_lists_label(const struct tradeoff_setting *setting, char label[32])
+void tradeoff_lists_label(const struct quality_setting *setting, char label[32])
 {
     char error[16] = "", rays[16] = "";
     if (setting->shadow_compression > 0)
@@ -105,8 +105,7 @@ void tradeoff_lists_label(const struct tradeoff_setting *setting, char label[32]
     snprintf(label, 32, "%s%s", rays, error);
 }
 
-void tradeoff_setting_label(const struct tradeoff_setting *setting,
-                            char label[TRADEOFF_LABEL_BYTES])
+void tradeoff_setting_label(const struct quality_setting *setting, char label[TRADEOFF_LABEL_BYTES])
 {
     char map[40] = "";
     if (setting->shadow_resolution)
@@ -147,7 +146,7 @@ void tradeoff_mark_front(struct tradeoff *tradeoff)
 
 static void write_csv_row(FILE *out, const struct tradeoff_row *row)
 {
-    const struct tradeoff_setting *setting = &row->setting;
+    const struct quality_setting *setting = &row->setting;
     fprintf(out, "%s,", shadow_technique_name((int)setting->shadows));
     if (setting->shadow_resolution)
         fprintf(out, "%d,%d,", setting->shadow_resolution, setting->shadow_taps);

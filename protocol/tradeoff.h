@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "protocol/error.h"
+#include "protocol/quality_setting.h"
 #include "protocol/render_request.h"
 
 enum {
@@ -68,14 +69,6 @@ enum tradeoff_stage {
 const char *tradeoff_state_name(int state); /* NULL past the last */
 const char *tradeoff_stage_name(int stage);
 
-struct tradeoff_setting {
-    enum shadow_technique shadows;
-    int shadow_resolution, shadow_taps; /* 0 where the technique has none */
-    int samples;
-    double shadow_compression; /* of deep lists; 0 = exact */
-    int shadow_prefilter;      /* of deep lists; 0 and 1 = none */
-};
-
 /* Runs of one setting, in the order they were made. */
 struct tradeoff_times {
     double ms[TRADEOFF_REPEATS_MAX];
@@ -87,9 +80,9 @@ double tradeoff_times_spread(const struct tradeoff_times *times);
 double tradeoff_times_max(const struct tradeoff_times *times);
 
 struct tradeoff_row {
-    struct tradeoff_setting setting;
-    double rmse, p999, max, flip; /* of linear colour under the exposure, cut to [0, 1]; flip < 0:
-                                     not measured */
+    struct quality_setting setting;
+    /* Of linear colour under the exposure, cut to [0, 1]; flip < 0: not measured. */
+    double rmse, p999, max, flip;
     struct tradeoff_times warm, cold;
     uint64_t bytes; /* of every structure of the frame */
     bool is_on_front;
@@ -138,10 +131,10 @@ void tradeoff_warn(struct tradeoff *tradeoff, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
 /* What a setting says of deep lists, as ", k 2, e 0.02"; "" where they are exact. */
-void tradeoff_lists_label(const struct tradeoff_setting *setting, char label[32]);
+void tradeoff_lists_label(const struct quality_setting *setting, char label[32]);
 /* "deep 1024, 4 taps, 1 sample" */
 enum { TRADEOFF_LABEL_BYTES = 64 };
-void tradeoff_setting_label(const struct tradeoff_setting *setting,
+void tradeoff_setting_label(const struct quality_setting *setting,
                             char label[TRADEOFF_LABEL_BYTES]);
 
 /* Marks the rows that no other row beats in both warm time and RMSE (Pareto). Rows without a time

@@ -687,6 +687,20 @@ static struct request_quality moving_quality(const struct request_quality *quali
     return moving;
 }
 
+bool view_document_refines(const struct view_document *document)
+{
+    const struct request_quality *quality = &document->quality;
+    return document->stream.rest_samples > quality_or(quality->samples, SAMPLES_DEFAULT) &&
+           !quality->reference && !request_quality_asks(quality);
+}
+
+static struct request_quality refined_quality(const struct view_document *document)
+{
+    struct request_quality refined = document->quality;
+    refined.samples = document->stream.rest_samples;
+    return refined;
+}
+
 /* A view's members have every default written out, so resolution and taps at their defaults count
  * as not said. */
 static struct request_quality open_quality(const struct request_quality *quality)
@@ -726,9 +740,11 @@ char *view_document_frame(const struct view_document *document, const struct vie
     json_put(&writer, "format", json_string(request_format_name((int)frame->format)));
     json_put(&writer, "quality_percent",
              frame->quality_percent ? json_integer(frame->quality_percent) : json_null());
-    if (frame->is_moving || request_quality_asks(&document->quality)) {
+    if (frame->is_moving || frame->is_refined || request_quality_asks(&document->quality)) {
         const struct request_quality quality = frame->is_moving ? moving_quality(&document->quality)
-                                                                : open_quality(&document->quality);
+                                               : frame->is_refined
+                                                   ? refined_quality(document)
+                                                   : open_quality(&document->quality);
         json_put(&writer, "quality", request_quality_to_tree(&quality));
     }
     return json_take_dump(json_writer_take(&writer), CANONICAL);

@@ -22,6 +22,7 @@ struct view_stream {
     int quality_percent;             /* of moving frames, [1, 100]; default 80 */
     enum request_format rest_format; /* of the exact frame: PNG (default) or WEBP, lossless */
     int rest_ms;                     /* [0, 10000]; default 200 */
+    int rest_samples; /* per pixel, 4, 8 or 16: the frame at rest is refined to; 0 (default): not */
 };
 
 struct view_document;
@@ -82,9 +83,14 @@ struct view_frame_desc {
     enum request_format format; /* required, not ANY */
     int quality_percent;        /* 0 = the default */
     double scale;               /* of width and height; 0 means 1 */
-    bool is_moving;             /* one sample, one shadow tap, and no whole renderer: only shadows
-                                  may be ray-traced */
+    /* One sample, one shadow tap, and no whole renderer: only shadows may be ray-traced. */
+    bool is_moving;
+    bool is_refined; /* with as many samples as `stream` wants at rest */
 };
+
+/* Whether the frame at rest can be refined: `stream` wants more samples than `quality` has, which
+ * is neither the reference nor left to be chosen for a target. */
+bool view_document_refines(const struct view_document *document);
 
 /* As request_reference_text has it. */
 MUST_CHECK char *view_document_reference_text(const struct view_document *document);

@@ -23,40 +23,47 @@ struct renderer;
 
 /* When the device draws the scene of the self-test (renderer/frame/scene_selftest.h). */
 enum renderer_selftest {
-    RENDERER_SELFTEST_START,  /* at the start, with deep shadow maps alone */
-    RENDERER_SELFTEST_KEPT,   /* likewise, but not in software; and by every other structure before
-                                 the first picture that uses it; not again for a week where the file
-                                 says that it was right */
+    RENDERER_SELFTEST_START, /* at the start, with deep shadow maps alone */
+    /* Likewise, but not in software; and by every other structure before the first picture that
+     * uses it; not again for a week where the file says that it was right. */
+    RENDERER_SELFTEST_KEPT,
     RENDERER_SELFTEST_ALWAYS, /* by all structures, at the start */
 };
 
-/* What tests make of a device; all zero elsewhere. */
+/* What tests and benchmarks make of a device and of the renderer; all zero elsewhere. */
 struct renderer_hooks {
-    /* Pixels or list entries of the first time slice of a shading pass that urgent frames may
+    /* Pixels or layers of the first time slice of a shading pass that urgent frames may
      * preempt; 0 means TIME_SLICE_FIRST (renderer/window/time_slices.h). */
     uint32_t first_slice;
     bool defers_frames;     /* what renderer_submit may leave under way is never there before it is
                                waited for, as on the slowest device */
     bool poses_as_hardware; /* a software rasteriser goes the ways of other devices */
     bool hides_coverage;    /* as on a device without GL_ARB_post_depth_coverage */
+    bool hides_multisampling;     /* as on a device whose targets have one sample per pixel */
     enum wide_floats wide_floats; /* how layers are added up; 0 means as is quicker here */
+    bool redraws_surfaces; /* no G-buffer, per-pixel list or light list of an earlier frame is used
+                              again */
+    uint32_t loop_steps;   /* that one shader invocation may take; 0 means what the device allows
+                              (loop_steps_most of renderer/shading/loop_steps.h) */
 };
 
 struct renderer_desc {
-    const char *device; /* optional, borrowed during create: "" and "0" choose, else what
-                           gl_device_parse (renderer/base/device_choice.h) takes */
-    struct gl_device_list *devices; /* optional, borrowed during create: those with a reason are not
-                                       tried; on failure all that EGL lists, and why none is taken
-                                     */
+    /* Optional, borrowed during create: "" and "0" choose, else what gl_device_parse
+     * (renderer/base/device_choice.h) takes. */
+    const char *device;
+    /* Optional, borrowed during create: those with a reason are not tried; on failure all that EGL
+     * lists, and why none is taken. */
+    struct gl_device_list *devices;
     const struct gl_device_watch *watch; /* optional, borrowed during create */
-    uint64_t gpu_budget_bytes;           /* of all that grows with scenes and requests; 0 means what
-                                            gl_memory_budget (renderer/gl/memory_budget.h) says */
+    /* Of all that grows with scenes and requests; 0 means what gl_memory_budget
+     * (renderer/gl/memory_budget.h) says. */
+    uint64_t gpu_budget_bytes;
     uint64_t texture_budget_bytes; /* of that, for resident levels of textures; 0 means half */
-    uint64_t texture_upload_bytes; /* of levels written for a frame that may be coarse; 0 means 16
-                                      MiB */
-    double texture_upload_ms;      /* likewise, spent on them; 0 means 4 */
-    const char *shader_dump_dir;   /* optional, borrowed during create: composed shaders are saved
-                                      there */
+    /* Of levels written for a frame that may be coarse; 0 means 16 MiB. */
+    uint64_t texture_upload_bytes;
+    double texture_upload_ms; /* likewise, spent on them; 0 means 4 */
+    /* Optional, borrowed during create: composed shaders are saved there. */
+    const char *shader_dump_dir;
     const char *program_folder;    /* optional, borrowed during create: where compiled programs are
                                       kept from one start to the next, if the driver gives them */
     uint64_t program_budget_bytes; /* of that folder; 0 means 256 MiB */
@@ -64,11 +71,7 @@ struct renderer_desc {
     const char *proof_file; /* optional, borrowed during create: where it is kept what the device
                                was seen to draw right; needs `build` */
     const char *build;      /* identifies this program; borrowed during create */
-    bool redraws_surfaces;  /* for measuring: no G-buffer, per-pixel list or light list of an
-                               earlier frame is used again */
-    uint32_t loop_steps; /* for measuring: steps that one shader invocation may take; 0 means what
-                            the device allows (loop_steps_most of renderer/shading/loop_steps.h) */
-    bool is_strict;      /* a GL error or undefined-behaviour message aborts */
+    bool is_strict;         /* a GL error or undefined-behaviour message aborts */
     struct renderer_hooks hooks;
 };
 
@@ -91,8 +94,8 @@ struct renderer_info {
     bool compresses_textures; /* asked to, at whatever level, and able to */
     bool is_software;         /* the rasteriser runs on our own processors */
     struct wide_floats_choice wide_floats;
-    uint32_t loop_end; /* steps after which the device ends loops (renderer/gl/loop_probe.h); 0:
-                          never */
+    /* Steps after which the device ends loops (renderer/gl/loop_probe.h); 0: never. */
+    uint32_t loop_end;
     uint64_t programs_built, programs_reused;    /* since the start: compiled, and found compiled */
     uint64_t programs_loaded;                    /* taken from the program folder */
     uint64_t programs_kept, programs_kept_bytes; /* in that folder */
@@ -142,10 +145,11 @@ MUST_CHECK bool renderer_attach_scene(struct renderer *renderer,
 bool renderer_has_scene(const struct renderer *renderer, const char *key);
 void renderer_detach_scene(struct renderer *renderer, const char *key); /* no-op when absent */
 
-/* A map of light for views that name its key (struct view). `key` (at most 64 bytes) identifies the
- * content: attaching one that is there is free. The map must stay valid until it is detached, or
- * released for being the least recently used of more than RENDERER_ENVIRONMENTS_MAX;
- * `release(context)` is called once then. Between frames. */
+/* A map of light for views that name its key (struct view); VIEW_STUDIO_KEY is there without. `key`
+ * (at most 64 bytes) identifies the content: attaching one that is there is free. The map must stay
+ * valid until it is detached, or released for being the least recently used of more than
+ * RENDERER_ENVIRONMENTS_MAX; `release(context)` is called once then. What it takes on the device is
+ * of the budget, and leaves it for others where no frame shows it. Between frames. */
 enum { RENDERER_ENVIRONMENTS_MAX = 8 };
 struct renderer_environment_desc {
     const char *key;                       /* required */
@@ -193,6 +197,13 @@ void frame_finish(struct frame *frame);
  * the next call that attaches, detaches or composes. NULL with err. */
 const struct scene *renderer_get_scene(struct renderer *renderer, const char *scene_key,
                                        const struct view *view, struct error *err);
+
+/* What `shadows: auto` of the view becomes, by forecasts and by what earlier frames took
+ * (renderer/cost/auto_technique.h). Draws nothing. Frames choose nothing themselves: the caller
+ * puts the choice into view->choice. Not open where the view leaves nothing to choose. */
+MUST_CHECK bool renderer_choose(struct renderer *renderer, const char *scene_key,
+                                const struct view *view, struct auto_choice *choice,
+                                struct error *err);
 
 /* Renders synchronously. The scenes of view->parts must be attached, too, and its environment, else
  * ERROR_NOT_FOUND. On failure the frame is
@@ -271,11 +282,11 @@ MUST_CHECK bool renderer_build(struct renderer *renderer, const char *scene_key,
                                const struct view *view, struct frame *frame, struct error *err);
 
 /* Compiles the programs that frames of such a view may need, wherever their camera is and whatever
- * their size. Where `shadows` is auto: those of maps, where the device was measured also those of
- * traced shadows, first what it takes for this view; none where every picture is ray traced. Not
- * while a frame is paused. Clip
- * planes, outputs, samples and the form of the camera are those of the view. *is_complete: false
- * where it stopped before the last; a call compiles at least one, so repeated ones come to an end.
+ * their size. Where `shadows` is auto, whatever view->choice is: those of maps, where the device
+ * was measured also those of traced shadows, first what it takes for this view; none where every
+ * picture is ray traced. Not while a frame is paused. Clip planes, outputs, samples and the form of
+ * the camera are those of the view. *is_complete: false where it stopped before the last; a call
+ * compiles at least one, so repeated ones come to an end.
  */
 struct renderer_warm_up_desc {
     bool (*shall_stop)(void *context); /* required; asked between programs */

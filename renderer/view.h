@@ -14,6 +14,8 @@
 #include "renderer/image/tone_map.h"
 #include "renderer/scene/scene_blob.h"
 
+struct auto_choice;
+
 enum view_camera_kind {
     VIEW_CAMERA_DEFAULT, /* the scene's first camera node; without one, fit the bounds from the
                             front */
@@ -119,16 +121,29 @@ enum view_light_lists {
 /* What t is for an alpha-blended surface seen by light (docs/explanation/shading.md). */
 enum view_blend_filter { VIEW_BLEND_TINT, VIEW_BLEND_COVERAGE, VIEW_BLEND_KIM };
 
+/* How the camera sees what lies behind transmissive surfaces (docs/explanation/shading.md, 8). */
+enum view_refraction {
+    VIEW_REFRACTION_AUTO, /* as the materials say */
+    VIEW_REFRACTION_OFF,  /* straight through, whatever their index and roughness */
+};
+
+/* What the light of an environment map passes in rasterised pictures. */
+enum view_visibility {
+    VIEW_VISIBILITY_NONE, /* everything */
+    VIEW_VISIBILITY_RAYS  /* rays find what is in its way: quality.environment_samples per point */
+};
+
 struct view_quality {
     enum shadow_technique shadows;
     enum transparency transparency;
     enum view_light_lists light_lists;
     enum view_blend_filter blend_filter;
+    enum view_refraction refraction;
     /* 0 in the next three and in area_samples: the default (protocol/quality_defaults.h) */
     int shadow_resolution; /* texels per side of one map face */
     int shadow_taps;       /* 1, 4, 9, 16: nearest, or a tent of sqrt(taps) texels */
-    int samples;    /* per pixel, 1 or 4; by default 1 where the device lacks post-depth coverage;
-                       raytraced: also 16, 64 and 256, on a regular grid */
+    int samples;    /* per pixel, 1, 4, 8 or 16; by default 1 where the device's targets have one;
+                       raytraced: also 64 and 256; of these 16, 64 and 256 on a regular grid */
     bool faithful;  /* the linked techniques exactly as published, with their approximations */
     bool reference; /* the ground truth: ray traced in f64, every light, pixels on a regular grid;
                        shadows AUTO or RAYTRACED only */
@@ -137,7 +152,10 @@ struct view_quality {
     bool may_be_coarse; /* one of many frames in motion: drawn with the levels of textures that are
                            there, and some more are brought; else the frame waits for all */
     int area_samples;   /* per area light and point, [1, 4096] */
-    int environment_samples; /* ray traced: towards the map, per point, [1, 4096]; 0: the default */
+    int environment_samples; /* rays towards the map, per point, [1, 4096]; 0: the default */
+    enum view_visibility environment_visibility; /* of rasterised pictures */
+    int refraction_samples;      /* ray traced: directions behind a rough surface, per sample of the
+                                    pixel, [1, 4096]; 0: the default */
     double shadow_compression;   /* deep: lists are approximated, nowhere farther off than this
                                    transmittance; [0.001, 0.5]; 0: they are exact, but with a
                                    prefilter 0.001 */
@@ -146,6 +164,16 @@ struct view_quality {
     double shadow_error_allowed; /* deep: where exact lists exceed the budget, compress them to
                                    this rather than refuse; as above; 0 refuses */
 };
+
+/* A neutral studio: the map that is built in, and one key light (renderer/scene/studio.h). */
+enum view_studio {
+    VIEW_STUDIO_AUTO, /* where neither the scene nor the view has a light */
+    VIEW_STUDIO_ON,   /* beside what the scene and the view have; a map of the view takes the place
+                         of the studio's */
+    VIEW_STUDIO_OFF,
+    VIEW_STUDIO_BY_DEFAULT, /* what AUTO comes to without any light: as ON */
+};
+#define VIEW_STUDIO_KEY "studio" /* of the map that every renderer has */
 
 enum view_output {
     VIEW_OUTPUT_COLOR,    /* F32 RGBA, linear radiance, associated alpha; or see view_screen */
@@ -208,6 +236,13 @@ struct view_cut {
     float cap_color[3];  /* linear */
 };
 
+/* A horizontal plane under the scene that catches its shadows (renderer/scene/ground_plane.h). */
+struct view_ground_plane {
+    bool is_shown;
+    bool has_height; /* else just below the lowest point of the scene */
+    double height_m; /* world, along +Y */
+};
+
 struct view {
     int width_px, height_px;        /* required; [1, 16384] */
     uint32_t outputs;               /* bit set of 1u << enum view_output; 0 means color */
@@ -217,10 +252,12 @@ struct view {
     const struct view_light *lights; /* borrowed, in addition to those of the scene */
     size_t light_count;
     bool ignore_scene_lights;
+    enum view_studio studio;
     bool has_environment;    /* a hemisphere of uniform radiance, unshadowed */
     float sky[3], ground[3]; /* nt, above and below the horizon */
     /* A map of radiance from all around, beside the hemisphere (docs/explanation/shading.md). */
-    const char *environment_key;     /* of renderer_attach_environment; borrowed; NULL, "": none */
+    const char *environment_key; /* of renderer_attach_environment, or VIEW_STUDIO_KEY; borrowed;
+                                    NULL, "": none */
     double environment_rotation_deg; /* [-360, 360], about +Y, counter-clockwise from above */
     double environment_intensity;    /* factor on the map's radiance, [0, 1e6] */
     bool environment_is_background;  /* it is seen where nothing is, in the place of `background`;
@@ -234,6 +271,7 @@ struct view {
     const double (*clip_planes)[4]; /* a point with ax+by+cz+d < 0 is cut away */
     size_t clip_plane_count;        /* at most VIEW_CLIP_PLANES_MAX */
     const struct view_cut *cuts;    /* per clip plane; NULL: the default for all */
+    struct view_ground_plane ground_plane;
     struct view_highlight highlight;
     struct view_edges edges;
     bool is_animated;      /* false: the scene stands as its nodes say */
@@ -244,6 +282,9 @@ struct view {
     float background[4]; /* linear, unassociated alpha; 0 = transparent black */
     struct view_screen screen;
     struct view_quality quality;
+    /* quality.shadows AUTO: what it has become (renderer_choose); borrowed. NULL: nobody has
+     * chosen, and the rasteriser's default stands. */
+    const struct auto_choice *choice;
 };
 
 static inline bool view_has_environment(const struct view *view)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* vitraild: chooses the role, reads the configuration, serves until told to stop. */
+/* vitraild: chooses the role, reads the configuration, serves until it is asked to stop. */
 #include <errno.h>
 #include <signal.h>
 #include <stdio.h>

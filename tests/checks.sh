@@ -85,7 +85,9 @@ run_tests() { # NAME BUILD_DIR CTEST_ARGUMENTS...
 }
 
 configure() { # PRESET ARGUMENTS...
-    (cd "$root" && cmake --preset "$@") >"$reports/configure-$1.log" 2>&1 || {
+    local linker=
+    ! command -v mold >/dev/null || linker=mold
+    (cd "$root" && cmake --preset "$@" "-DVITRAIL_LINKER=$linker") >"$reports/configure-$1.log" 2>&1 || {
         cat "$reports/configure-$1.log"
         return 1
     }

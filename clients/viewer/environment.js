@@ -119,12 +119,21 @@ export class EnvironmentControls {
         ...(known.includes(image) ? [] : [[image, `Map ${image.slice(0, 8)}`]])] }).row;
   }
 
+  #studio(keep) {
+    const read = () => this.maps.model.view.studio;
+    const field = selectField({ label: "Studio lighting", value: read(),
+      options: [["auto", "Where nothing else shines"], ["on", "On"], ["off", "Off"]],
+      onchange: (value) => this.maps.model.edit("Studio lighting", (view) => { view.studio = value; }) });
+    keep(() => field.set(read()));
+    return field.row;
+  }
+
   rows(keep) {
     const control = (...rest) => this.#control(keep, ...rest);
     const hasSky = Boolean(this.#read("sky", null));
     const turn = checkField({ label: "Light from everywhere", value: hasSky, onchange: (isOn) =>
       this.maps.edit("sky", isOn ? FRESH : { sky: null, ground: null }) });
-    return group("Environment", this.input, this.#choice(),
+    return group("Environment", this.input, this.#studio(keep), this.#choice(),
       button({ text: "Bring a map", icon: "upload", onclick: () => this.input.click() }),
       this.#read("image", null) && [
         control(slider, "rotation_deg", 0, { label: "Map rotation", unit: "°", least: -180, most: 180, limit: 360 }),

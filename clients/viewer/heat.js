@@ -21,7 +21,7 @@ export const SHOWN = {
 const RAMP = [[0, 0, 0], [28, 40, 150], [0, 140, 200], [20, 170, 70], [245, 215, 40], [220, 40, 30],
   [255, 255, 255]]; // as the service draws counts: 0, then each four times the one before, from 1
 const COUNT_MAX = 4 ** (RAMP.length - 2);
-const STRENGTH = 0.85; // at first: the shapes below can still be told
+const STRENGTH = 0.85; // at first: the shapes below can still be seen
 const FEW = 16; // counts that the scale shows one by one
 
 /** The colour at a place of the ramp. */
@@ -96,7 +96,8 @@ export class HeatView {
 
   /** The view changed. */
   update(wanted) {
-    const { background: _, highlight: __, edges: ___, ...rest } = wanted; // those of the colours
+    // those of the colours
+    const { background: _, highlight: __, edges: ___, ground_plane: ____, ...rest } = wanted;
     this.#live?.show({ ...rest, output: this.shown });
   }
 

@@ -31,7 +31,7 @@ export function lightMembers(light) {
 /**
  * A new light where it is seen to shine: before what the camera looks at, a quarter of the way back
  * to the eye and a little above, and turned to it. Its intensity gives about 3 lx there, as much as
- * the default lighting.
+ * a bright room.
  * @param {{target: number[], eye: number[], up: number[], distance: number}} camera
  */
 export function newLight(type, { target, eye, up, distance }) {
@@ -54,7 +54,7 @@ export function newLight(type, { target, eye, up, distance }) {
 
 // ---- which way a light stands ----
 
-/** The way that is up on a rectangle, where the service is told none: +Y, or -Z for one that
+/** The way that is up on a rectangle, where the service gets none: +Y, or -Z for one that
  * shines straight up or down; across its direction. */
 function restingUp(normal) {
   const wanted = Math.hypot(normal[0], normal[2]) > 0 ? [0, 1, 0] : [0, 0, -1];

@@ -61,9 +61,9 @@ class SocketLine extends Line {
     const bitmap = await createImageBitmap(blob).catch(() => null);
     this.socket.ack();
     if (!bitmap) return;
-    this.tell("frame", { bitmap, isExact: header.exact, width: header.width, height: header.height,
-      scale: header.scale, frame: header.frame, timings: header.timings_ms, bytes: header.bytes,
-      revision: header.revision });
+    this.tell("frame", { bitmap, isExact: header.exact, isRefined: header.refined,
+      width: header.width, height: header.height, scale: header.scale, frame: header.frame,
+      timings: header.timings_ms, bytes: header.bytes, revision: header.revision });
   }
 
   update(wanted) {
@@ -181,7 +181,15 @@ class StreamLine extends Line {
   }
 }
 
-/** One render after the other: small and quick while things move, exact at rest. */
+/** That of the picture at rest, where the server refines it with the samples that `stream` wants;
+ * else null. */
+export function refinedQuality({ quality = {}, stream = {} }) {
+  const isOther = quality.reference || quality.max_error || quality.budget_ms;
+  const isRefined = !isOther && stream.rest_samples > (quality.samples || 4);
+  return isRefined ? { ...quality, samples: stream.rest_samples } : null;
+}
+
+/** One render after the other: small and quick while things move, exact at rest, then refined. */
 class StillLine extends Line {
   static label = "stills";
   scale = 0.5;
@@ -197,7 +205,7 @@ class StillLine extends Line {
     this.#render(false);
   }
 
-  async #render(isExact) {
+  async #render(isExact, refined = null) {
     if (this.isBusy || this.isClosed) {
       this.isOverdue = true;
       return;
@@ -205,7 +213,8 @@ class StillLine extends Line {
     this.isBusy = true;
     this.isOverdue = false;
     const { stream: { budget_ms: budget }, ...wanted } = this.wanted;
-    const request = isExact ? wanted : this.#quick(wanted);
+    const request = refined ? { ...wanted, quality: refined } : isExact ? wanted : this.#quick(wanted);
+    let better = null;
     const started = performance.now();
     try {
       const isColor = (request.output ?? "color") === "color"; // others would lose their meaning
@@ -216,13 +225,16 @@ class StillLine extends Line {
       if (!isExact)
         this.scale = Math.min(1, Math.max(0.2, this.scale * Math.sqrt(budget / took)));
       if (!this.hasShown) this.tell("open");
-      this.tell("frame", { bitmap, isExact, width: request.width, height: request.height, frame,
-        scale: request.width / wanted.width, timings, bytes: blob.size, revision: null });
+      this.tell("frame", { bitmap, isExact, isRefined: refined !== null, width: request.width,
+        height: request.height, frame, scale: request.width / wanted.width, timings,
+        bytes: blob.size, revision: null });
+      better = isExact && isColor && !refined ? refinedQuality(this.wanted) : null;
     } catch (problem) {
       this.tell(problem.status === 0 ? "lost" : "problem", problem);
     }
     this.isBusy = false;
     if (this.isOverdue) this.update(this.wanted);
+    else if (better) this.#render(true, better);
   }
 
   #quick(wanted) {
@@ -241,7 +253,7 @@ const LINES = [SocketLine, StreamLine, StillLine];
 export const STILLS = LINES.indexOf(StillLine);
 
 /**
- * The picture of what is wanted. Events: "frame" {bitmap, isExact, width, height, scale, frame,
+ * The picture of what is wanted. Events: "frame" {bitmap, isExact, isRefined, width, height, scale, frame,
  * timings, bytes}, "progress" {stage, share, left_s} of a long one, by sockets alone, "problem" VitrailError, "state" {state: "on" | "off" | "wait", label, isLost}: lost, it tries again.
  */
 export class Live extends EventTarget {

@@ -10,12 +10,13 @@ import { EnvironmentMaps } from "./environment.js";
 import { makeHandles } from "./handles.js";
 import { HeatView, SHOWN } from "./heat.js";
 import { listenToKeys } from "./keys.js";
-import { Live, VIEW_OPTIONS } from "./live.js";
+import { Live, refinedQuality, VIEW_OPTIONS } from "./live.js";
 import { notice, showProblem } from "./messages.js";
 import { Model } from "./model.js";
 import { Navigator } from "./navigate.js";
 import { Opening } from "./opening.js";
 import { Overlay } from "./overlay.js";
+import { JobsPanel } from "./panel_jobs.js";
 import { LightsPanel } from "./panel_lights.js";
 import { PropertiesPanel } from "./panel_properties.js";
 import { RenderPanel } from "./panel_render.js";
@@ -32,6 +33,7 @@ import { Toolbar } from "./toolbar.js";
 import { Vitrail } from "./vitrail.js";
 
 const STREAM = { budget_ms: 120, rest_ms: 200 };
+const REST_SAMPLES = 16;
 const BAD_EDITS = ["invalid_request", "not_found", "unsupported", "too_large"];
 const PART_GONE = /^\/parts(\/[^/]*\/scene)?$/; // of whose picture there is none
 const LINES = ["socket", "stream", "stills"];
@@ -60,6 +62,7 @@ class Viewer {
     } });
   connection = new Connection({ retry: () => this.live.retry(), back: () => this.scenes.refresh() });
   isOutlined = true; // the selected node is outlined
+  restSamples = REST_SAMPLES; // that the picture at rest is refined to; 0: it is not
   isMoving = false; // the selected node has handles
   isPending = false;
 
@@ -100,7 +103,10 @@ class Viewer {
       this.progress.hide();
       this.connection.show(detail);
     });
-    live.addEventListener("progress", ({ detail }) => this.progress.show(detail));
+    live.addEventListener("progress", ({ detail }) => {
+      const isRefining = this.stage.canvas.dataset.exact === "true"; // nobody waits for that
+      if (!isRefining) this.progress.show(detail);
+    });
     return live;
   }
 
@@ -113,6 +119,8 @@ class Viewer {
       { open: (id) => this.opening.open(id), show: () => left.show("scenes"),
         limits: () => this.capabilities?.limits ?? {}, bringMaps: (files) => this.maps.bring(files) });
     this.tree = new TreePanel(left.add("tree", "Parts", "tree"), this.model, () => this.opening.addPart());
+    this.jobs = new JobsPanel(left.add("jobs", "Jobs", "frames"), this.client, {
+      isOpen: () => left.isOpen("jobs"), wanted: () => this.model.scene && this.wanted });
     const fitNode = (index) => this.fit(this.model.boundsOf(index));
     this.properties = new PropertiesPanel(right.add("properties", "Properties", "properties"),
       this.model, { fitNode, isMoving: () => this.isMoving, toggleMoving: () => this.toggleMoving() });
@@ -122,7 +130,11 @@ class Viewer {
       () => this.#mark());
     this.render = new RenderPanel(right.add("render", "Render", "render"), this.model, {
       compare: (name) => this.comparison.show(name), rescale: (scale) => this.rescale(scale),
-      scale: () => this.stage.scale, isOutlined: () => this.isOutlined,
+      scale: () => this.stage.scale, restSamples: () => this.restSamples,
+      refineTo: (samples) => {
+        this.restSamples = samples;
+        this.#changed();
+      }, isOutlined: () => this.isOutlined,
       outline: (isOn) => {
         this.isOutlined = isOn;
         this.#changed();
@@ -132,7 +144,10 @@ class Viewer {
     this.handles = makeHandles(this.stage, this.model, { lights: this.lights, section: this.section }, {
       isLighting: () => right.isOpen("lights"), isCutting: () => right.isOpen("section"), isMoving: () => this.isMoving });
     right.addEventListener("show", () => this.#mark());
-    left.addEventListener("show", () => this.#mark());
+    left.addEventListener("show", () => {
+      this.#mark();
+      if (left.isOpen("jobs")) this.jobs.show();
+    });
     left.show("scenes");
     right.show("properties");
   }
@@ -174,6 +189,7 @@ class Viewer {
 
   #sceneChanged() {
     const { scene } = this.model;
+    this.jobs.fill();
     const name = scene ? scene.name ?? `Scene ${scene.id.slice(0, 8)}` : "";
     byId("scene-name").textContent = name;
     document.title = name ? `${name} – Vitrail` : "Vitrail";
@@ -214,7 +230,8 @@ class Viewer {
   get wanted() {
     const { scene, view, camera } = this.model;
     const isClear = view.background[3] < 1;
-    const stream = { ...STREAM, format: isClear ? "webp" : "jpeg" }; // JPEG has no transparency
+    const stream = { ...STREAM, format: isClear ? "webp" : "jpeg", // JPEG has no transparency
+      ...(this.restSamples > 0 && { rest_samples: this.restSamples }) };
     return { scene: scene.id, ...this.stage.size, ...view, stream, camera: camera.toRequest() };
   }
 
@@ -230,7 +247,7 @@ class Viewer {
       const wanted = { ...this.wanted, ...(highlight && { highlight }) };
       if (this.live.show(wanted)) {
         this.progress.hide();
-        this.stage.canvas.dataset.exact = "false";
+        this.stage.canvas.dataset.exact = this.stage.canvas.dataset.settled = "false";
         this.readout.clear();
       }
       this.heat.update(wanted);
@@ -248,7 +265,11 @@ class Viewer {
 
   #frame(frame, canvas, isFirst) {
     this.stage.draw(frame.bitmap, canvas);
+    const wasExact = canvas.dataset.exact === "true";
     canvas.dataset.exact = String(frame.isExact);
+    const isLast = frame.isRefined || (frame.isExact && !refinedQuality(this.wanted));
+    canvas.dataset.settled = String(isLast);
+    canvas.dataset.frame = frame.frame ?? "";
     byId("busy").hidden = true;
     if (!isFirst) return;
     this.progress.hide();
@@ -257,11 +278,12 @@ class Viewer {
     this.timeline.frameShown();
     const total = frame.timings?.total;
     byId("status-frame").textContent = [`${frame.width} × ${frame.height}`,
-      frame.isExact ? "exact" : "moving", total !== undefined && `${total.toFixed(0)} ms`]
+      frame.isRefined ? "refined" : frame.isExact ? "exact" : "moving",
+      total !== undefined && `${total.toFixed(0)} ms`]
       .filter(Boolean).join(" · ");
     const name = byId("scene-name").textContent;
     canvas.setAttribute("aria-label", `${name}, ${frame.isExact ? "final picture" : "moving"}`);
-    if (!frame.isExact) return;
+    if (!frame.isExact || wasExact) return;
     announce("Picture complete");
     this.readout.refresh();
   }

@@ -13,6 +13,7 @@ import { IDENTITY, add, inverse, middleOf, multiply } from "./transforms.js";
  * without lights is automatic. */
 export const DEFAULTS = Object.freeze({
   scene_lights: true,
+  studio: "auto",
   lights: [],
   overrides: { nodes: {}, materials: {} },
   parts: {},
@@ -25,6 +26,7 @@ export const DEFAULTS = Object.freeze({
   animation: null,
   variant: null,
   edges: null,
+  ground_plane: null,
 });
 
 /**
@@ -130,8 +132,8 @@ export class Model extends EventTarget {
     this.camera.fit(this.bounds, this.aspect);
   }
 
-  /** Stands where a camera of the scene stands, for a picture of that aspect; what is near is told
-   * by where the parts are. */
+  /** Stands where a camera of the scene stands, for a picture of that aspect; where the parts
+   * are says what is near. */
   standAt(camera, aspect) {
     const eye = camera.matrix.slice(12, 15);
     const away = this.scene.outline.nodes.filter(({ bounds }) => bounds).map(({ bounds }) =>

@@ -187,7 +187,7 @@ export class LightsPanel {
           } }))),
       lights.length > MANY && el("p", { class: "fine" }, `${count(lights.length)} lights`),
       lights.length === 0 && el("p", { class: "fine" }, view.scene_lights
-        ? "This scene has no lights: a default lighting is used." : "All lights are removed."),
+        ? "This scene has no lights." : "All lights are removed."),
       lights.length > 0 && this.rows,
       isOwn && button({ text: "Lights as in the file", icon: "reset",
         onclick: () => this.model.resetLights() }),

@@ -24,6 +24,7 @@ const LOBES = {
   anisotropy_rotation_deg: { label: "Anisotropy turn", unit: "°", least: -180, most: 180, none: 0 },
   diffuse_transmission: { label: "Light from behind", ...share, none: 0 },
   diffuse_transmission_color: { label: "Its colour", make: colorField, none: [1, 1, 1] },
+  dispersion: { label: "Dispersion", least: 0, most: 5, limit: 100, none: 0 },
 };
 
 export class PropertiesPanel {

@@ -7,13 +7,16 @@ import { drawnOverGroup } from "./drawn_over.js";
 
 const TITLES = {
   shadows: "Shadows", transparency: "Transparency", light_lists: "Light lists", blend_filter: "Glass filter",
+  refraction: "Refraction",
+  environment_visibility: "Shadows of the map",
 };
 
 export class RenderPanel {
   #controls = [];
 
   /** @param {{compare: (technique: string) => void, rescale: (scale: number) => void,
-   * scale: () => number, measure: () => void, isOutlined: () => boolean,
+   * scale: () => number, restSamples: () => number, refineTo: (samples: number) => void,
+   * measure: () => void, isOutlined: () => boolean,
    * outline: (isOn: boolean) => void, exposure: () => Promise<number>}} actions */
   constructor(panel, model, actions) {
     Object.assign(this, { panel, model, actions });
@@ -132,6 +135,27 @@ export class RenderPanel {
     return [auto.row, stops.row];
   }
 
+  /** A plane that catches shadows; below the scene unless it says how high. */
+  #ground() {
+    const read = () => this.model.view.ground_plane;
+    const edit = (plane) => this.model.edit("Shadows on the ground", (view) => {
+      view.ground_plane = plane;
+    });
+    const shown = checkField({ label: "Shadows on the ground", value: read() !== null,
+      onchange: (isOn) => edit(isOn ? {} : null) });
+    const height = numberField({ label: "Height of the ground", unit: "m", least: -1e12, most: 1e12,
+      value: read()?.height, placeholder: "below the scene", isOptional: true,
+      onchange: (value) => edit(value === null ? {} : { height: value }) });
+    const say = () => {
+      shown.set(read() !== null);
+      height.set(read()?.height);
+      height.row.hidden = read() === null;
+    };
+    say();
+    this.#controls.push(say);
+    return [shown.row, height.row];
+  }
+
   #look() {
     const background = () => this.model.view.background;
     const color = colorField({ label: "Background", value: background(), onchange: (rgb) =>
@@ -151,7 +175,7 @@ export class RenderPanel {
       this.#member(selectField, "tone_mapping",
         { label: "Tone mapping", options: [["neutral", "Khronos neutral"], ["agx", "AgX"], ["aces", "ACES"],
           ["none", "None"]] }),
-      color.row, clear.row);
+      color.row, clear.row, this.#ground());
   }
 
   fill() {
@@ -172,6 +196,9 @@ export class RenderPanel {
         el("div", { class: "row" }, button({ text: "Measure trade-offs", icon: "stats",
           onclick: () => this.actions.measure() })),
         this.#numbers(),
+        selectField({ label: "Samples at rest", value: String(this.actions.restSamples()), options:
+          [["0", "as above"], "8", "16"],
+        onchange: (value) => this.actions.refineTo(Number(value)) }).row,
         selectField({ label: "Picture size", value: String(this.actions.scale()), options:
           [["0.25", "25 %"], ["0.5", "50 %"], ["0.75", "75 %"], ["1", "100 %"]],
         onchange: (value) => this.actions.rescale(Number(value)) }).row),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The scenes on the server: choose, bring by file or by drag and drop, delete. What of a file its
-// pictures leave out is told in its row.
+// The scenes on the server: choose, bring by file or by drag and drop, delete. The row of a
+// scene says what of its file the pictures leave out.
 import { announce, button, byId, bytes, count, el, icon } from "./dom.js";
 import { refill } from "./docks.js";
 import { mapsAmong } from "./environment.js";
@@ -27,8 +27,16 @@ async function filesOfDrop(items) {
   return files;
 }
 
-const SCENE = /\.(gltf|glb|obj|ply|stl|fbx|dae|3mf|3ds|iv)$/i;
-const ALONE = /\.(glb|ply|stl|3mf|iv)$/i; // needs no other file
+const endsWith = (suffixes) => new RegExp(`\\.(${suffixes.join("|")})$`, "i");
+const WITHOUT_OTHERS = ["glb", "ply", "stl", "3mf", "iv", "step", "stp", "iges", "igs"];
+const SCENES = [...WITHOUT_OTHERS, "gltf", "obj", "fbx", "dae", "3ds"];
+const BESIDE = ["mtl", "hdr", "exr", "bin", "png", "jpg", "jpeg", "webp", "ktx2"];
+const SCENE = endsWith(SCENES);
+const ALONE = endsWith(WITHOUT_OTHERS);
+const UNITS = { mm: "millimetres", cm: "centimetres", m: "metres", in: "inches", ft: "feet" };
+const DEFLECTED = ["step", "iges"]; // formats whose surfaces become triangles
+const UPS = { y: "+Y up", z: "+Z up" };
+const BY = { request: "chosen", file: "as the file has it", default: "assumed" };
 
 /**
  * The scenes among files, each as a list of {name, blob} that begins with the scene: a .glb alone, a
@@ -53,7 +61,7 @@ export class ScenesPanel {
   constructor(panel, client, model, actions) {
     Object.assign(this, { panel, client, model, actions });
     this.input = el("input", { type: "file", multiple: true, class: "hidden-text", id: "scene-files",
-      tabIndex: -1, accept: ".glb,.gltf,.obj,.mtl,.ply,.stl,.fbx,.dae,.3mf,.3ds,.iv,.hdr,.exr,.bin,.png,.jpg,.jpeg,.webp,.ktx2,model/gltf-binary",
+      tabIndex: -1, accept: [...[...SCENES, ...BESIDE].map((suffix) => `.${suffix}`), "model/gltf-binary"].join(),
       "aria-label": "Files of a scene",
       onchange: () => this.bring([...this.input.files].map((file) =>
         ({ name: file.webkitRelativePath || file.name, blob: file }))) });
@@ -122,7 +130,8 @@ export class ScenesPanel {
     }
     if (!scenes.length)
       showProblem(new Error("None of these files is a scene: .glb, .gltf, .obj, .ply, .stl, .fbx, "
-        + ".dae, .3mf, .3ds or .iv, or an environment map: .hdr or .exr."), "Nothing to upload");
+        + ".dae, .3mf, .3ds, .iv, .step or .iges, or an environment map: .hdr or .exr."),
+      "Nothing to upload");
     let last = null;
     for (const [at, named] of scenes.entries()) {
       const which = scenes.length > 1 ? `${at + 1} of ${scenes.length}` : "";
@@ -142,8 +151,11 @@ export class ScenesPanel {
       + `${count(mostFiles)}.` : "";
   }
 
-  /** scene: which of the file. The summary; null when the server refused them, undefined when people did. */
-  async #send(named, which, scene) {
+  /**
+   * how: {scene, unit, up, deflection}: which scene of the file, and how another format than glTF is read. The
+   * summary; null when the server refused the files, undefined when people did.
+   */
+  async #send(named, which, how = {}) {
     const [{ name }] = named;
     const tooMuch = this.#tooMuch(named);
     if (tooMuch) {
@@ -152,15 +164,16 @@ export class ScenesPanel {
     }
     announce(`Uploading ${name}`);
     const summary = await this.#take(name, which, (options) => this.client.postScene(named,
-      { ...options, scene, onProgress: (share) => this.#progress(share) }));
+      { ...options, ...how, onProgress: (share) => this.#progress(share),
+        onReading: (progress) => this.#reading(progress) }));
     if (summary) this.files.set(summary.id, named);
     return summary;
   }
 
-  /** Opens another scene of the file of the open one. */
-  async #openOther(scene) {
+  /** Opens the file of the open scene again: another scene of it, or in another unit or way up. */
+  async #openAgain(how) {
     if (this.#isBusy()) return;
-    const summary = await this.#send(this.files.get(this.model.scene.id), "", scene);
+    const summary = await this.#send(this.files.get(this.model.scene.id), "", how);
     if (summary) this.actions.open(summary.id);
     else this.fill();
   }
@@ -191,6 +204,14 @@ export class ScenesPanel {
     this.said.textContent = share < 1 ? `${Math.round(100 * share)} %` : "decoding";
   }
 
+  /** Stages whose share nobody knows tell 0. */
+  #reading({ stage, share }) {
+    if (!this.bar?.isConnected) return;
+    this.said.textContent = `decoding: ${stage}${share > 0 ? `, ${Math.floor(100 * share)} %` : ""}`;
+    if (share > 0) this.bar.value = share;
+    else this.bar.removeAttribute("value");
+  }
+
   async #delete(scene) {
     const name = scene.name ?? scene.id.slice(0, 12);
     if (!confirm(`Delete ${name}? It is removed from the server.`)) return;
@@ -214,6 +235,7 @@ export class ScenesPanel {
       button({ label: `Delete ${scene.name ?? scene.id.slice(0, 8)}`, icon: "remove", class: "plain",
         onclick: () => this.#delete(scene) }),
       isOpen && this.#fileScenes(this.model.scene),
+      isOpen && this.#fileUnits(this.model.scene),
       isOpen && this.model.scene.warnings.length > 0 && el("ul", { class: "scene-warnings",
         "aria-label": "What pictures leave out" },
       this.model.scene.warnings.map((warning) => el("li", {}, warning))));
@@ -222,12 +244,50 @@ export class ScenesPanel {
   /** Which scene of its file is shown, where the file has several, and the choice among them. */
   #fileScenes({ id, file_scenes: names = [], file_scene: shown }) {
     if (names.length < 2) return null;
+    return this.#fileChoice(id, { label: "Scene of the file", what: "another of its scenes",
+      onchange: (at) => this.#openAgain({ scene: `#${at}` }) },
+    names.map((name, at) => el("option", { value: at, selected: at === shown }, name || `Scene ${at + 1}`)));
+  }
+
+  /** Of how a file is opened: to be made where the file is at hand. what: is chosen. */
+  #fileChoice(id, { label, what, onchange }, options) {
     const isHere = this.files.has(id);
-    return el("label", { class: "file-scenes" }, el("span", { class: "fine" }, "Scene of the file"),
-      el("select", { "aria-label": "Scene of the file", disabled: !isHere,
-        title: isHere ? "" : "Bring the file again to choose another of its scenes",
-        onchange: (event) => this.#openOther(`#${event.target.value}`) },
-      names.map((name, at) => el("option", { value: at, selected: at === shown }, name || `Scene ${at + 1}`))));
+    return el("label", { class: "file-scenes" }, el("span", { class: "fine" }, label),
+      el("select", { "aria-label": label, disabled: !isHere,
+        title: isHere ? "" : `Bring the file again to choose ${what}`,
+        onchange: (event) => onchange(event.target.value) }, options));
+  }
+
+  /** How long one unit of a file of another format is, and which of its axes is up; either can be chosen. */
+  #fileUnits({ id, source }) {
+    if (!source?.converter) return null;
+    const asked = (by, name) => (by === "request" ? name : undefined);
+    const now = { unit: asked(source.unit_by, source.unit), up: asked(source.up_by, source.up),
+      deflection: source.deflection };
+    const choice = (name, what, names, unnamed) => {
+      const by = BY[source[`${name}_by`]];
+      return this.#fileChoice(id, { label: `${what} of the file`, what: `its ${what.toLowerCase()}`,
+        onchange: (value) => this.#openAgain({ ...now, [name]: value }) },
+      [...Object.entries(names).map(([value, said]) => el("option", { value, selected: value === source[name] },
+        value === source[name] ? `${said}, ${by}` : said)),
+      !(source[name] in names) && el("option", { value: source[name], selected: true, disabled: true },
+        `${unnamed}, ${by}`)]);
+    };
+    return [choice("unit", "Unit", UNITS, `${source.unit_m} m`),
+      choice("up", "Axis", UPS, `+${source.up.toUpperCase()} up`),
+      DEFLECTED.includes(source.format) && this.#fileDeflection(id, now)];
+  }
+
+  /** How far the triangles of a file may be off its surfaces, in its unit; empty: in proportion to its parts. */
+  #fileDeflection(id, now) {
+    const isHere = this.files.has(id);
+    return el("label", { class: "file-scenes" }, el("span", { class: "fine" }, "Deflection of the file"),
+      el("input", { type: "number", min: 1e-9, step: "any", value: now.deflection ?? "", disabled: !isHere,
+        "aria-label": "Deflection of the file", placeholder: "0.1 % of each part",
+        title: isHere ? "How far triangles may be off the surfaces, in the unit of the file"
+          : "Bring the file again to choose its deflection",
+        onchange: (event) => event.target.reportValidity()
+          && this.#openAgain({ ...now, deflection: event.target.value || undefined }) }));
   }
 
   /** Below the picture: how many parts of the open file it leaves out; the row of the scene tells which. */

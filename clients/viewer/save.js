@@ -2,6 +2,7 @@
 // The picture as a file, at any size, and a link to the view.
 import { button, byId, el, replace } from "./dom.js";
 import { numberField, selectField } from "./fields.js";
+import { refinedQuality } from "./live.js";
 import { notice, showProblem } from "./messages.js";
 import { wordsOf } from "./progress.js";
 
@@ -21,7 +22,7 @@ export function openSave(client, wanted, name) {
   const save = async () => {
     const { stream: _, ...request } = wanted;
     const output = { width: Math.round(chosen.width), height: Math.round(chosen.height),
-      format: chosen.format, output: chosen.aov };
+      format: chosen.format, output: chosen.aov, quality: refinedQuality(wanted) ?? wanted.quality };
     go.disabled = true;
     go.querySelector("span").textContent = "Rendering …";
     try {

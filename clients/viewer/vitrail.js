@@ -183,13 +183,17 @@ export class Vitrail {
    * Brings a scene: one GLB, or files of which one is the scene. Answers its summary;
    * posting the same content again is harmless.
    * @param {Blob|{name: string, blob: Blob}[]} content files are named as the .gltf refers to them
-   * @param {{scene?: string, unit?: string, up?: string, onProgress?: (share: number) => void,
+   * @param {{scene?: string, unit?: string, up?: string, deflection?: number, onProgress?: (share: number) => void,
+   *   onReading?: (progress: {stage: string, share: number}) => void,
    *   signal?: AbortSignal}} [options]
    *   scene: which of the file, by its name or "#1", its index; unit, up: how a file that is not
-   *   glTF is read: mm, cm, m, in or ft; y or z
+   *   glTF is read: mm, cm, m, in or ft; y or z; deflection: how far triangles of STEP and IGES may
+   *   be off their surfaces, in units of the file; onProgress: how much is sent; onReading: called
+   *   twice a second while the server reads what was sent
    */
-  async postScene(content, { scene, unit, up, onProgress, signal } = {}) {
-    const query = queryOf({ scene: scene || null, unit: unit || null, up: up || null });
+  async postScene(content, { scene, unit, up, deflection, onProgress, onReading, signal } = {}) {
+    const query = queryOf({ scene: scene || null, unit: unit || null, up: up || null,
+      deflection: deflection || null });
     const path = `/v1/scenes${query}`;
     let body = content;
     const headers = {};
@@ -198,7 +202,12 @@ export class Vitrail {
       body = new FormData(); // its boundary is the runtime's to write
       for (const { name, blob } of content) body.append(name, blob, name);
     }
-    return this.#post(path, headers, body, onProgress, signal);
+    const watch = onReading ? this.#watch("uploads", headers, onReading) : null;
+    try {
+      return await this.#post(path, headers, body, onProgress, signal);
+    } finally {
+      watch?.abort();
+    }
   }
 
   #post(path, headers, body, onProgress, signal) {
@@ -281,7 +290,7 @@ export class Vitrail {
    */
   async render(request, { accept = "image/png", etag, signal, onProgress } = {}) {
     const headers = { Accept: accept, ...(etag ? { "If-None-Match": etag } : {}) };
-    const watch = onProgress ? this.#watchRender(headers, onProgress) : null;
+    const watch = onProgress ? this.#watch("renders", headers, onProgress) : null;
     try {
       return await imageOf(await this.send("POST", "/v1/renders", request, { headers, signal }));
     } finally {
@@ -294,19 +303,66 @@ export class Vitrail {
     return this.json(`/v1/renders/${encodeURIComponent(id)}`, { signal });
   }
 
+  /** How far the reading of an upload is that was sent with that X-Request-Id. */
+  uploadStatus(id, { signal } = {}) {
+    return this.json(`/v1/uploads/${encodeURIComponent(id)}`, { signal });
+  }
+
   /** Gives the request an id, and looks at it until the controller that this answers is aborted. */
-  #watchRender(headers, onProgress) {
+  #watch(what, headers, onProgress) {
     const part = () => Math.random().toString(36).slice(2);
     const id = `js-${part()}${part()}`;
     const watch = new AbortController();
     const look = async () => {
-      const status = await this.renderStatus(id, watch).catch(() => null); // not there yet, or ended
+      const status = await this.json(`/v1/${what}/${id}`, { signal: watch.signal })
+        .catch(() => null); // not there yet, or ended
       if (!watch.signal.aborted && status?.progress) onProgress(status.progress);
     };
     const timer = setInterval(look, LOOK_MS);
     watch.signal.addEventListener("abort", () => clearInterval(timer), { once: true });
     headers["X-Request-Id"] = id;
     return watch;
+  }
+
+  // ---- jobs: lists of frames ----
+
+  /** The jobs, newest first. */
+  async jobs() {
+    return (await this.json("/v1/jobs")).jobs;
+  }
+
+  /** State, progress, failures and request of one. */
+  job(id) {
+    return this.json(`/v1/jobs/${id}`);
+  }
+
+  /**
+   * Has frames rendered, whatever ends meanwhile; members as in docs/reference/jobs.md.
+   * @param {{key?: string}} [options] key: sent again with the same key, it is the same job
+   */
+  async createJob(request, { key } = {}) {
+    const headers = key ? { "Idempotency-Key": key } : {};
+    return (await this.send("POST", "/v1/jobs", request, { headers })).json();
+  }
+
+  /** @param {{paused?: boolean, priority?: number, retry_failed?: boolean}} change */
+  async changeJob(id, change) {
+    return (await this.send("PATCH", `/v1/jobs/${id}`, change)).json();
+  }
+
+  /** No more frames; those that are done stay. */
+  cancelJob(id) {
+    return this.json(`/v1/jobs/${id}`, { method: "DELETE" });
+  }
+
+  /** Removes one that has ended, with the results that the server keeps. */
+  async forgetJob(id) {
+    await this.request(`/v1/jobs/${id}?forget=true`, { method: "DELETE" });
+  }
+
+  /** {frames, first, count}: state and files of frames, in the order of the list. */
+  jobFrames(id, { first = 0, count = 100 } = {}) {
+    return this.json(`/v1/jobs/${id}/frames${queryOf({ first, count })}`);
   }
 
   // ---- trade-offs: time against error, measured ----
@@ -416,8 +472,8 @@ export class View {
   }
 
   /**
-   * The same as an async iterator of {blob, revision, isExact, scale, frame}, or of {problem} for a
-   * frame that could not be rendered; leaving its loop, or the signal, ends it.
+   * The same as an async iterator of {blob, revision, isExact, isRefined, scale, frame}, or of
+   * {problem} for a frame that could not be rendered; leaving its loop, or the signal, ends it.
    */
   async *stream({ signal } = {}) {
     const response = await this.client.request(`${this.path}/stream`, { signal });
@@ -431,6 +487,7 @@ export class View {
         blob: new Blob([content], { type }),
         revision: Number(headers.get("x-view-revision")) || null,
         isExact: headers.get("x-view-exact") === "1",
+        isRefined: headers.get("x-view-refined") === "1", // with stream.rest_samples
         scale: Number(headers.get("x-view-scale") ?? 1),
         frame: /\/v1\/frames\/([^>]+)>/.exec(headers.get("link") ?? "")?.[1] ?? null,
       };

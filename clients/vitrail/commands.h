@@ -6,6 +6,8 @@
 #include "clients/vitrail/options.h"
 
 extern const struct command COMMAND_RENDER;
+extern const struct command COMMAND_JOB;
+extern const struct command COMMAND_FARM;
 extern const struct command COMMAND_EXPLAIN;
 extern const struct command COMMAND_TRADEOFF;
 extern const struct command COMMAND_VIEW;
@@ -19,5 +21,6 @@ extern const struct command COMMAND_CAPABILITIES;
 extern const struct command COMMAND_HEALTH;
 extern const struct command COMMAND_DEMO_SCENE;
 extern const struct command COMMAND_COMPARE;
+extern const struct command COMMAND_VERIFY;
 
 #endif

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "clients/vitrail/render_watch.h"
 #include "clients/vitrail/resource.h"
 
 static const char hdr_type[] = "image/vnd.radiance", exr_type[] = "image/x-exr";
@@ -41,7 +42,7 @@ static const char *needed_type(const char *path, struct failure *failure)
     return type;
 }
 
-static bool upload(struct session *session, const char *path, const struct scene_wish *wish,
+static bool upload(struct session *session, const char *path, const struct file_options *options,
                    const char *type, char id[SCENE_ID_BYTES], struct failure *failure)
 {
     struct http_reply reply;
@@ -50,18 +51,15 @@ static bool upload(struct session *session, const char *path, const struct scene
 
     resource_name_from_path(path, file_name);
     resource_add_query(address, sizeof address, "name",
-                       wish->name   ? wish->name
-                       : *file_name ? file_name
-                                    : NULL);
+                       options->name ? options->name
+                       : *file_name  ? file_name
+                                     : NULL);
     snprintf(task, sizeof task, "the environment map '%.200s'", path);
-    if (!session_ask(session,
-                     &(struct http_request){.method = "POST",
-                                            .path = address,
-                                            .body_path = path,
-                                            .content_type = type,
-                                            .sending = PROGRESS_STAGE_UPLOAD,
-                                            .waiting = PROGRESS_STAGE_DECODE},
-                     task, &reply, failure))
+    if (!upload_watch_ask(
+            session,
+            &(struct http_request){
+                .method = "POST", .path = address, .body_path = path, .content_type = type},
+            task, &reply, failure))
         return false;
     bool is_ok = resource_read_id(&reply, task, id, failure);
     http_reply_finish(&reply);
@@ -69,7 +67,7 @@ static bool upload(struct session *session, const char *path, const struct scene
 }
 
 bool environment_source_push(struct session *session, const char *path,
-                             const struct scene_wish *wish, struct scene_push *push,
+                             const struct file_options *options, struct scene_push *push,
                              struct failure *failure)
 {
     const char *type = needed_type(path, failure);
@@ -78,14 +76,15 @@ bool environment_source_push(struct session *session, const char *path,
     *push = (struct scene_push){0};
     if (!type)
         return false;
-    if (!wish->force && (!resource_hash(session, path, push->id, failure) ||
-                         !resource_is_there(session, "environments", push->id, &is_there, failure)))
+    if (!options->force &&
+        (!resource_hash(session, path, push->id, failure) ||
+         !resource_is_there(session, "environments", push->id, &is_there, failure)))
         return false;
     if (is_there)
-        return !wish->name ||
-               resource_rename(session, "environments", push->id, wish->name, failure);
+        return !options->name ||
+               resource_rename(session, "environments", push->id, options->name, failure);
     push->was_sent = true;
-    return upload(session, path, wish, type, push->id, failure);
+    return upload(session, path, options, type, push->id, failure);
 }
 
 static const char *image_of(const json_t *request)
@@ -115,7 +114,7 @@ bool environment_source_bring(struct session *session, json_t *request, struct f
     if (!image || strcmp(image, "studio") == 0)
         return true;
     if (!(is_file(image)
-              ? environment_source_push(session, image, &(struct scene_wish){0}, &push, failure)
+              ? environment_source_push(session, image, &(struct file_options){0}, &push, failure)
               : environment_reference_resolve(session, image, push.id, failure)))
         return false;
     return json_object_set_new(json_object_get(request, "environment"), "image",

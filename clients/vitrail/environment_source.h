@@ -12,9 +12,9 @@
 /* Whether the file is Radiance HDR or OpenEXR by its first bytes. */
 bool environment_source_is_map(const char *path, bool *answer, struct failure *failure);
 
-/* Brings the file to the server unless it is there already. wish->scene is not used. */
+/* Brings the file to the server unless it is there already. options->scene is not used. */
 bool environment_source_push(struct session *session, const char *path,
-                             const struct scene_wish *wish, struct scene_push *push,
+                             const struct file_options *options, struct scene_push *push,
                              struct failure *failure);
 
 /* Makes sure that the map of `request`, if it is a file, can be read, before a server is started

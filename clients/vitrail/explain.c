@@ -16,7 +16,7 @@
 struct explain_options {
     struct common_options common;
     struct request_options request;
-    struct scene_wish file;
+    struct file_options file;
     const char *output;
     bool shaders; /* their sources instead of the plan */
 };

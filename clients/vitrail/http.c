@@ -156,6 +156,18 @@ const char *http_client_url(const struct http_client *client)
     return client->shown_url;
 }
 
+bool http_reply_frame_path(const struct http_reply *reply, char *path, size_t capacity)
+{
+    const char *from = strstr(reply->link, "</v1/frames/");
+    size_t n = from ? strcspn(from, ">") : 0;
+
+    if (!from || from[n] != '>' || n >= capacity)
+        return false;
+    memcpy(path, from + 1, n - 1);
+    path[n - 1] = '\0';
+    return true;
+}
+
 void http_reply_finish(struct http_reply *reply)
 {
     free(reply->body);
@@ -339,6 +351,9 @@ static bool transfer_prepare(struct transfer *transfer)
     if (!add_header(transfer, "Accept", request->accept ? request->accept : "application/json"))
         return false;
     if (request->request_id && !add_header(transfer, "X-Request-Id", request->request_id))
+        return false;
+    if (request->idempotency_key &&
+        !add_header(transfer, "Idempotency-Key", request->idempotency_key))
         return false;
     if (!attach_body(transfer))
         return false;

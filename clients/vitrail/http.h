@@ -43,8 +43,8 @@ struct http_side {
 };
 
 struct http_request {
-    const char *method;            /* required: "GET", "HEAD", "POST", "PATCH", "DELETE"
-                                    */
+    /* Required: "GET", "HEAD", "POST", "PATCH", "DELETE". */
+    const char *method;
     const char *path;              /* required, from the first slash on, already escaped */
     const char *accept;            /* NULL means application/json */
     const char *content_type;      /* of body or body_path */
@@ -54,6 +54,7 @@ struct http_request {
     size_t part_count;
     struct output_file *sink;     /* a 2xx body goes there instead of into the reply */
     const char *request_id;       /* X-Request-Id; NULL leaves it to the server */
+    const char *idempotency_key;  /* NULL: none */
     const struct http_side *side; /* NULL: nothing is asked for beside it */
     enum progress_stage sending, waiting, receiving; /* 0: that part is not shown */
 };
@@ -77,6 +78,9 @@ bool http_send(struct http_client *client, const struct http_request *request,
 /* http_send, and an answer other than 2xx is a failure too; `task` as in struct failure_reply. */
 bool http_ask(struct http_client *client, const struct http_request *request, const char *task,
               struct http_reply *reply, struct failure *failure);
+
+/* The path of the frame's report that the Link header names; false: it names none that fits. */
+bool http_reply_frame_path(const struct http_reply *reply, char *path, size_t capacity);
 
 void http_reply_finish(struct http_reply *reply);
 

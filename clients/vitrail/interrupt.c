@@ -21,7 +21,8 @@ bool interrupt_init(struct interrupt *interrupt, struct failure *failure)
         if (sigaction(SIGNALS[i], NULL, &before) == 0 && before.sa_handler != SIG_IGN)
             sigaddset(&watched, SIGNALS[i]);
     }
-    signal(SIGPIPE, SIG_IGN); /* a reader that went away is a write error, not our death */
+    signal(SIGPIPE, SIG_IGN); /* a reader that went away is a write error, not the end of this
+                                 program */
     if (sigprocmask(SIG_BLOCK, &watched, &interrupt->mask_before) == 0)
         interrupt->fd = signalfd(-1, &watched, SFD_CLOEXEC | SFD_NONBLOCK);
     if (interrupt->fd < 0)

@@ -73,8 +73,8 @@ _Noreturn void keeper_run(const struct keeper_desc *desc)
     int daemon_fd;
     int null = open("/dev/null", O_RDWR | O_CLOEXEC);
 
-    setsid(); /* a terminal that goes away, or a group that is killed, must not take the keeper
-                 along */
+    /* A terminal that goes away, or a group that is killed, must not take the keeper along. */
+    setsid();
     prctl(PR_SET_CHILD_SUBREAPER, 1); /* workers that a daemon leaves behind become ours to reap */
     keeper = getpid();
     dup2(null, STDIN_FILENO);

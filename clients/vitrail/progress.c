@@ -9,6 +9,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "protocol/upload_stage.h"
+
 #define REDRAW_S 0.1      /* fast enough to look alive */
 #define LINE_S 1.         /* plain lines stay readable while they come */
 #define HEARTBEAT_S 10.   /* farms take 30 s of silence for a hang */
@@ -31,6 +33,7 @@ static const struct {
     [PROGRESS_STAGE_DECODE] = {"reading scene", 30, 40},
     [PROGRESS_STAGE_RENDER] = {"rendering", 40, 90},
     [PROGRESS_STAGE_MEASURE] = {"measuring", 40, 90},
+    [PROGRESS_STAGE_FRAMES] = {"frames", 40, 90},
     [PROGRESS_STAGE_RECEIVE] = {"receiving", 90, 100},
     [PROGRESS_STAGE_DONE] = {"done", 100, 100},
 };
@@ -50,6 +53,12 @@ void progress_init(struct progress *progress, enum progress_kind kind)
     *progress = (struct progress){.kind = kind, .started_s = clock_s()};
 }
 
+/* Whether the server tells what goes on in the stage. */
+static bool is_told(enum progress_stage stage)
+{
+    return stage == PROGRESS_STAGE_RENDER || stage == PROGRESS_STAGE_DECODE;
+}
+
 /* What goes on in the stage, behind a separator; "" where no more is known than its name. */
 static void describe(const struct progress *progress, const char *separator, char *text,
                      size_t capacity)
@@ -58,10 +67,11 @@ static void describe(const struct progress *progress, const char *separator, cha
     char left[32] = "";
 
     text[0] = '\0';
-    if (progress->stage != PROGRESS_STAGE_RENDER || !render->state[0])
+    if (!is_told(progress->stage) || !render->state[0])
         return;
     if (!strcmp(render->state, "waiting"))
-        snprintf(text, capacity, "%swaiting for other renders", separator);
+        snprintf(text, capacity, "%swaiting for other %s", separator,
+                 progress->stage == PROGRESS_STAGE_RENDER ? "renders" : "uploads");
     else if (!strcmp(render->state, "paused"))
         snprintf(text, capacity, "%spaused for urgent renders", separator);
     else if (!strcmp(render->state, "encoding"))
@@ -94,8 +104,11 @@ static void show_bar(struct progress *progress, double elapsed_s, uint64_t done,
     bar[BAR_CELLS] = '\0';
     fprintf(stderr, "\r\033[K%-13s [%s] %3d%%%s", STAGES[progress->stage].name, bar,
             (int)(100. * (double)done / (double)total), what);
-    if (progress->stage == PROGRESS_STAGE_MEASURE || progress->stage == PROGRESS_STAGE_RENDER)
+    if (progress->stage == PROGRESS_STAGE_MEASURE || is_told(progress->stage))
         fprintf(stderr, "  %.0f s", elapsed_s);
+    else if (progress->stage == PROGRESS_STAGE_FRAMES)
+        fprintf(stderr, "  %llu of %llu frames", (unsigned long long)done,
+                (unsigned long long)total);
     else
         fprintf(stderr, "  %.1f of %.1f MiB", (double)done / 1048576., (double)total / 1048576.);
     fflush(stderr);
@@ -117,7 +130,7 @@ static void show_json(const struct progress *progress, double elapsed_s, uint64_
                       uint64_t total)
 {
     const struct progress_render *render = &progress->render;
-    bool is_render = progress->stage == PROGRESS_STAGE_RENDER;
+    bool is_render = is_told(progress->stage);
     json_t *line = json_pack("{s:i, s:s, s:f}", "progress", progress->percent, "stage",
                              STAGES[progress->stage].name, "elapsed_s", round(10 * elapsed_s) / 10);
 
@@ -129,8 +142,11 @@ static void show_json(const struct progress *progress, double elapsed_s, uint64_
         json_object_set_new(line, "left_s",
                             render->left_s >= 0 ? json_real(render->left_s) : json_null());
     } else if (total && progress->stage != PROGRESS_STAGE_MEASURE) {
-        json_object_set_new(line, "done_bytes", json_integer((json_int_t)done));
-        json_object_set_new(line, "total_bytes", json_integer((json_int_t)total));
+        bool is_of_frames = progress->stage == PROGRESS_STAGE_FRAMES;
+        json_object_set_new(line, is_of_frames ? "done_frames" : "done_bytes",
+                            json_integer((json_int_t)done));
+        json_object_set_new(line, is_of_frames ? "total_frames" : "total_bytes",
+                            json_integer((json_int_t)total));
     }
     json_dumpf(line, stderr, JSON_COMPACT | JSON_REAL_PRECISION(6));
     fputc('\n', stderr);
@@ -159,6 +175,20 @@ static double render_share(const struct progress_render *render)
     if (!strcmp(render->pass, "shading"))
         return SHADOWS_SHARE + (1 - SHADOWS_SHARE) * render->share;
     return render->share;
+}
+
+/* Of the reading of an upload. How its stages share it is a guess. */
+static double decode_share(const struct progress_render *render)
+{
+    static const struct {
+        double first, end;
+    } stages[UPLOAD_STAGE_COUNT + 1] = {[UPLOAD_STAGE_FILE] = {0.1, 0.1},
+                                        [UPLOAD_STAGE_MESHES] = {0.3, 0.5},
+                                        [UPLOAD_STAGE_NODES] = {0.5, 0.6},
+                                        [UPLOAD_STAGE_IMAGES] = {0.6, 0.9},
+                                        [UPLOAD_STAGE_OUTLINE] = {0.9, 0.9}};
+    int stage = upload_stage_find(render->pass);
+    return stages[stage].first + (stages[stage].end - stages[stage].first) * render->share;
 }
 
 static bool is_other_pass(const struct progress *progress)
@@ -204,8 +234,9 @@ void progress_show(struct progress *progress, enum progress_stage stage, uint64_
     if (done > total)
         done = total;
     share = total ? (double)done / (double)total : 0;
-    if (stage == PROGRESS_STAGE_RENDER) {
-        share = render_share(&progress->render);
+    if (is_told(stage)) {
+        share = stage == PROGRESS_STAGE_RENDER ? render_share(&progress->render)
+                                               : decode_share(&progress->render);
         total = progress->render.pass[0] ? PASS_TOTAL : 0;
         done = (uint64_t)(progress->render.share * PASS_TOTAL);
     }
@@ -228,6 +259,13 @@ void progress_note_render(struct progress *progress, const struct progress_rende
 {
     progress->render = render ? *render : (struct progress_render){.left_s = -1};
     progress->render.share = fmin(fmax(progress->render.share, 0), 1);
+}
+
+void progress_begin_again(struct progress *progress)
+{
+    progress_hide(progress);
+    progress->stage = PROGRESS_STAGE_NONE;
+    progress->percent = 0;
 }
 
 void progress_hide(struct progress *progress)

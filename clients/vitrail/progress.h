@@ -17,14 +17,15 @@ enum progress_stage {
     PROGRESS_STAGE_DECODE, /* the server reads the scene */
     PROGRESS_STAGE_RENDER,
     PROGRESS_STAGE_MEASURE, /* a trade-off, instead of a render; thousandths known */
+    PROGRESS_STAGE_FRAMES,  /* of a job; their number is known */
     PROGRESS_STAGE_RECEIVE, /* bytes known */
     PROGRESS_STAGE_DONE,
 };
 
-/* What the server says of a render. */
+/* What the server says of a render, or of an upload that it reads. */
 struct progress_render {
-    char state[16]; /* "waiting", "rendering", "paused", "encoding" */
-    char pass[16];  /* "shadows", "rays", "shading"; "": it tells none yet */
+    char state[16]; /* "waiting", "rendering", "paused", "encoding"; "decoding" */
+    char pass[16];  /* "shadows", "rays", "shading"; the stage of reading; "": it tells none yet */
     double share;   /* of the pass that is done, [0, 1] */
     double left_s;  /* of the pass; below 0: not known */
 };
@@ -48,9 +49,12 @@ void progress_init(struct progress *progress, enum progress_kind kind);
 void progress_show(struct progress *progress, enum progress_stage stage, uint64_t done,
                    uint64_t total);
 
-/* What progress_show tells from now on while PROGRESS_STAGE_RENDER lasts. NULL: nothing is known.
- */
+/* What progress_show tells from now on while PROGRESS_STAGE_RENDER or PROGRESS_STAGE_DECODE lasts.
+ * NULL: nothing is known. */
 void progress_note_render(struct progress *progress, const struct progress_render *render);
+
+/* The next of several images: its stages begin again. */
+void progress_begin_again(struct progress *progress);
 
 /* Wipes the bar, so that something else can be printed. NULL is silent. */
 void progress_hide(struct progress *progress);

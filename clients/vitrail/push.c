@@ -11,7 +11,7 @@
 
 struct push_options {
     struct common_options common;
-    struct scene_wish file;
+    struct file_options file;
     bool strict, demo;
 };
 
@@ -78,8 +78,8 @@ static bool push_run(void *context, const struct text_list *files, struct failur
     if (options->file.name && files->count + options->demo > 1)
         return fail(failure, EXIT_CODE_USAGE, "--name is for one FILE, and there are %zu",
                     files->count + options->demo);
-    if (options->demo && (options->file.unit || options->file.up))
-        return fail(failure, EXIT_CODE_USAGE, "--unit and --up are for a FILE");
+    if (options->demo && (options->file.unit || options->file.up || options->file.deflection))
+        return fail(failure, EXIT_CODE_USAGE, "--unit, --up and --deflection are for a FILE");
     if (options->file.scene && (files->count != 1 || options->demo))
         return fail(failure, EXIT_CODE_USAGE, "--scene is for one FILE, and there are %zu",
                     files->count + options->demo);

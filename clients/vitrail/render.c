@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* vitrail render: one scene, one request, one image file. */
+/* vitrail render: one scene, one request, one image file, or one of each frame of a list. */
 #include <jansson.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,7 +7,10 @@
 #include <strings.h>
 
 #include "clients/vitrail/commands.h"
+#include "clients/vitrail/frame_run.h"
+#include "clients/vitrail/image_note.h"
 #include "clients/vitrail/json_text.h"
+#include "clients/vitrail/numbered_path.h"
 #include "clients/vitrail/render_watch.h"
 #include "clients/vitrail/request_json.h"
 #include "clients/vitrail/scene_defaults.h"
@@ -17,9 +20,10 @@
 struct render_options {
     struct common_options common;
     struct request_options request;
-    struct scene_wish file;
+    struct file_options file;
+    struct frame_options frame;
     const char *output, *stats;
-    bool strict;
+    bool strict, note;
 };
 
 /* One run of the command. Zeroed = nothing done. */
@@ -28,13 +32,17 @@ struct render {
     const char *source; /* file or id, as given */
     const char *accept; /* media type of the image */
     json_t *request;
+    struct frame_run run;
     struct session session;
-    struct output_file image, stats;
     struct scene_push scene;
+    json_t *description; /* of the scene; NULL: unknown */
+    double started_s;
+    bool has_scene, has_warned;
+    char version[64];   /* of the server, for notes */
+    const char *output; /* where the image goes */
+    struct output_file image, stats;
     struct http_reply reply; /* of the image; its body is in `image` */
     json_t *frame;           /* the frame's report; NULL when the server keeps none */
-    json_t *description;     /* of the scene; NULL: unknown */
-    double started_s;
 };
 
 static const struct {
@@ -89,13 +97,20 @@ static bool prepare(struct render *render, struct failure *failure)
         return fail(failure, EXIT_CODE_USAGE, "render needs an output: -o FILE.png");
     if (options->stats && !strcmp(options->stats, "-") && !strcmp(options->output, "-"))
         return fail(failure, EXIT_CODE_USAGE, "image and stats cannot both go to stdout");
+    if (options->note && !strcmp(options->output, "-"))
+        return fail(failure, EXIT_CODE_USAGE, "--note needs a FILE to write beside");
     render->request = request_json_build(&options->request, failure);
     if (!render->request || !choose_format(render, failure))
         return false;
-    if (!scene_source_check_all(render->source, &render->options->file, render->request, failure))
+    if (!frame_run_init(&render->run, &options->frame, options->output, failure) ||
+        !scene_source_check_all(render->source, &render->options->file, render->request, failure))
         return false;
-    return output_file_open(&render->image, options->output, failure) &&
-           (!options->stats || output_file_open(&render->stats, options->stats, failure));
+    if (options->frame.frames && options->stats)
+        return fail(failure, EXIT_CODE_USAGE,
+                    "--stats is of one image: it does not go with --frames");
+    return options->frame.frames ||
+           (output_file_open(&render->image, options->output, failure) &&
+            (!options->stats || output_file_open(&render->stats, options->stats, failure)));
 }
 
 static bool describe_scene(struct render *render, struct failure *failure)
@@ -109,9 +124,9 @@ static bool describe_scene(struct render *render, struct failure *failure)
 
 static bool bring_scene(struct render *render, bool force, struct failure *failure)
 {
-    struct scene_wish wish = render->options->file;
-    wish.force = force;
-    return scene_source_bring(&render->session, render->source, &wish, render->request,
+    struct file_options options = render->options->file;
+    options.force = force;
+    return scene_source_bring(&render->session, render->source, &options, render->request,
                               &render->scene, failure) &&
            describe_scene(render, failure);
 }
@@ -140,8 +155,9 @@ static bool render_image(struct render *render, struct failure *failure)
 {
     struct failure first = {0};
 
-    if (!bring_scene(render, false, failure))
+    if (!render->has_scene && !bring_scene(render, false, failure))
         return false;
+    render->has_scene = true;
     if (ask_for_image(render, &first))
         return true;
     if (first.http_status != 404 || render->scene.was_sent ||
@@ -162,27 +178,13 @@ static bool check_image(const struct render *render, struct failure *failure)
                 (unsigned long long)render->image.size_bytes, render->reply.content_type);
 }
 
-/* The path that the Link header gives to the frame's report, in `path`; false when there is none.
- */
-static bool frame_path(const struct render *render, char *path, size_t capacity)
-{
-    const char *from = strstr(render->reply.link, "</v1/frames/");
-    size_t n = from ? strcspn(from, ">") : 0;
-
-    if (!from || from[n] != '>' || n >= capacity)
-        return false;
-    memcpy(path, from + 1, n - 1);
-    path[n - 1] = '\0';
-    return true;
-}
-
 /* The report carries the warnings, so it is always asked for; it is only vital with --stats. */
 static bool fetch_frame(struct render *render, struct failure *failure)
 {
     struct failure ignored = {0};
     char path[160];
 
-    if (frame_path(render, path, sizeof path))
+    if (http_reply_frame_path(&render->reply, path, sizeof path))
         render->frame = session_get_json(&render->session, path, "the report of the frame",
                                          render->options->stats ? failure : &ignored);
     else if (render->options->stats)
@@ -233,9 +235,9 @@ static void print_chosen(const struct render *render)
 
 static void print_result_json(const struct render *render, double elapsed_s)
 {
-    json_t *result = json_pack("{s:s, s:s, s:b, s:s, s:I, s:f}", "output", render->options->output,
-                               "scene", render->scene.id, "sent", render->scene.was_sent,
-                               "content_type", render->reply.content_type, "size_bytes",
+    json_t *result = json_pack("{s:s, s:s, s:b, s:s, s:I, s:f}", "output", render->output, "scene",
+                               render->scene.id, "sent", render->scene.was_sent, "content_type",
+                               render->reply.content_type, "size_bytes",
                                (json_int_t)render->image.size_bytes, "elapsed_s", elapsed_s);
     static const char *const FROM_FRAME[] = {"id", "timings_ms", "chosen", "error", "warnings"};
     static const char *const AS[] = {"frame", "timings_ms", "chosen", "error", "warnings"};
@@ -259,20 +261,88 @@ static void print_result(struct render *render)
 
     progress_show(&render->session.progress, PROGRESS_STAGE_DONE, 0, 0);
     progress_hide(&render->session.progress);
-    if (!options->common.quiet && !options->common.json) {
+    if (!options->common.quiet && !options->common.json && !render->has_warned) {
         warnings_print(scene_warnings(render), "the scene");
         warnings_print(json_object_get(render->frame, "warnings"), NULL);
     }
+    render->has_warned = true; /* frames of a list have the same */
     if (!strcmp(options->output, "-") || (options->stats && !strcmp(options->stats, "-")))
         return;
     if (options->common.json) {
         print_result_json(render, elapsed_s);
     } else if (!options->common.quiet) {
         print_chosen(render);
-        printf("%s: %.1f KiB in %.2f s, scene %s%s\n", options->output,
+        printf("%s: %.1f KiB in %.2f s, scene %s%s\n", render->output,
                (double)render->image.size_bytes / 1024., elapsed_s, render->scene.id,
                render->scene.was_sent ? "" : " (not sent again)");
     }
+}
+
+/* The note beside the image, where one is wanted. */
+static bool write_note(struct render *render, struct failure *failure)
+{
+    if (!render->options->note && !render->options->frame.skip_existing)
+        return true;
+    if (!render->version[0])
+        image_note_version(&render->session, render->version, sizeof render->version);
+    return image_note_write(&render->session, render->output, render->request, render->frame,
+                            render->version, failure);
+}
+
+/* One image, from the question to its place. */
+static bool make_image(struct render *render, struct failure *failure)
+{
+    return render_image(render, failure) && check_image(render, failure) &&
+           fetch_frame(render, failure) && check_warnings(render, failure) &&
+           commit(render, failure) && write_note(render, failure);
+}
+
+static void forget_image(struct render *render)
+{
+    output_file_finish(&render->image);
+    output_file_finish(&render->stats);
+    http_reply_finish(&render->reply);
+    json_decref(render->frame);
+    render->frame = NULL;
+}
+
+static bool make_frame(struct render *render, size_t index, struct failure *failure)
+{
+    const struct frame_options *options = &render->options->frame;
+    struct session *session = &render->session;
+    char *path = numbered_path_make(render->options->output, render->run.list.numbers[index]);
+    bool is_ok = path || fail_no_memory(failure);
+    render->output = path;
+    render->started_s = clock_s();
+    if (session->progress.kind == PROGRESS_AFANASY)
+        fprintf(stderr, "FRAME: %d\n", render->run.list.numbers[index]);
+    is_ok = is_ok && frame_run_put_time(&render->run, index, render->request, failure);
+    if (is_ok && options->skip_existing && image_note_matches(session, path, render->request)) {
+        if (!render->options->common.quiet && !render->options->common.json)
+            printf("%s: is there\n", path);
+    } else if (is_ok) {
+        is_ok = output_file_open(&render->image, path, failure) && make_image(render, failure);
+        if (is_ok)
+            print_result(render);
+        forget_image(render);
+    }
+    fflush(stdout);
+    progress_begin_again(&session->progress);
+    free(path);
+    return is_ok;
+}
+
+/* The frames of this call, in order; the first that fails ends it. */
+static bool make_frames(struct render *render, struct failure *failure)
+{
+    bool is_ok = bring_scene(render, false, failure);
+    render->has_scene = true;
+    if (is_ok)
+        frame_run_note(&render->run, render->request, render->description);
+    for (size_t i = render->run.first; is_ok && i < render->run.end; i++)
+        is_ok =
+            make_frame(render, i, failure) && interrupt_check(&render->session.interrupt, failure);
+    return is_ok;
 }
 
 static bool render_run(void *context, const struct text_list *operands, struct failure *failure)
@@ -280,18 +350,19 @@ static bool render_run(void *context, const struct text_list *operands, struct f
     struct render render = {
         .options = context, .source = operands->items[0], .started_s = clock_s()};
     bool is_ok = prepare(&render, failure) &&
-                 session_begin(&render.session, &render.options->common, failure) &&
-                 render_image(&render, failure) && check_image(&render, failure) &&
-                 fetch_frame(&render, failure) && check_warnings(&render, failure) &&
-                 commit(&render, failure);
+                 session_begin(&render.session, &render.options->common, failure);
 
-    if (is_ok)
-        print_result(&render);
+    if (is_ok && render.options->frame.frames) {
+        is_ok = make_frames(&render, failure);
+    } else if (is_ok) {
+        render.output = render.options->output;
+        is_ok = make_image(&render, failure);
+        if (is_ok)
+            print_result(&render);
+    }
     session_end(&render.session);
-    output_file_finish(&render.image);
-    output_file_finish(&render.stats);
-    http_reply_finish(&render.reply);
-    json_decref(render.frame);
+    forget_image(&render);
+    frame_run_finish(&render.run);
     json_decref(render.description);
     json_decref(render.request);
     return is_ok;
@@ -304,10 +375,13 @@ static const struct option OPTIONS[] = {
      "where the image goes; .png .jpg .webp .exr, - is stdout", AT(output)},
     {OPTION_TEXT, "format", 0, "NAME", "png, jpeg, webp or exr, whatever FILE is called",
      AT(request.format)},
+    FRAME_OPTIONS(struct render_options),
     SCENE_FILE_OPTIONS(struct render_options),
     REQUEST_OPTIONS(struct render_options),
     {OPTION_TEXT, "stats", 0, "FILE", "what the frame cost and why, as JSON; - is stdout",
      AT(stats)},
+    {OPTION_FLAG, "note", 0, NULL,
+     "write FILE.json beside the image, by which 'vitrail verify'\nmakes it again", AT(note)},
     {OPTION_FLAG, "strict", 0, NULL,
      "a warning of scene or frame is a failure: no image is written", AT(strict)},
     {0},

@@ -87,13 +87,17 @@ static bool put_quality(json_t *root, const struct request_options *options,
         !options->shadow_compression.is_given && !options->shadow_prefilter.is_given &&
         !options->shadow_fallback.is_given && !options->samples.is_given && !options->reference &&
         !options->area_samples.is_given && !options->environment_samples.is_given &&
-        !options->max_error.is_given && !options->budget_ms.is_given)
+        !options->refraction && !options->refraction_samples.is_given &&
+        !options->environment_visibility && !options->max_error.is_given &&
+        !options->budget_ms.is_given)
         return true;
     quality = member_object(root, "quality");
     return put_text(quality, "shadows", options->shadows, failure) &&
            put_text(quality, "transparency", options->transparency, failure) &&
            put_text(quality, "light_lists", options->light_lists, failure) &&
            put_text(quality, "blend_filter", options->blend_filter, failure) &&
+           put_text(quality, "refraction", options->refraction, failure) &&
+           put_number(quality, "refraction_samples", &options->refraction_samples, failure) &&
            put_number(quality, "shadow_resolution", &options->shadow_resolution, failure) &&
            put_number(quality, "shadow_compression", &options->shadow_compression, failure) &&
            put_number(quality, "shadow_prefilter", &options->shadow_prefilter, failure) &&
@@ -101,6 +105,7 @@ static bool put_quality(json_t *root, const struct request_options *options,
            put_number(quality, "samples", &options->samples, failure) &&
            (!options->reference || put(quality, "reference", json_true(), failure)) &&
            put_number(quality, "area_samples", &options->area_samples, failure) &&
+           put_text(quality, "environment_visibility", options->environment_visibility, failure) &&
            put_number(quality, "environment_samples", &options->environment_samples, failure) &&
            put_number(quality, "max_error", &options->max_error, failure) &&
            put_number(quality, "budget_ms", &options->budget_ms, failure);
@@ -228,6 +233,20 @@ static bool put_exposure(json_t *root, const char *exposure, struct failure *fai
     return put_number(root, "exposure_ev", &number, failure);
 }
 
+static bool put_ground_plane(json_t *root, const char *height, struct failure *failure)
+{
+    struct option_number number = {.is_given = true};
+
+    if (!height)
+        return true;
+    if (strcmp(height, "auto") == 0)
+        return put(root, "ground_plane", json_object(), failure);
+    if (!number_parse(height, &number.value))
+        return fail(failure, EXIT_CODE_USAGE,
+                    "--ground-plane takes a number of metres or auto, not '%.80s'", height);
+    return put_number(member_object(root, "ground_plane"), "height", &number, failure);
+}
+
 /* The light itself takes the place of what the base has; the rest goes over it. */
 static bool put_environment(json_t *root, const struct request_options *options,
                             struct failure *failure)
@@ -259,6 +278,8 @@ static bool put_view(json_t *root, const struct request_options *options, struct
     return put_environment(root, options, failure) && put_size(root, options->size, failure) &&
            put_animation(root, options, failure) &&
            put_text(root, "variant", options->variant, failure) &&
+           put_text(root, "studio", options->studio, failure) &&
+           put_ground_plane(root, options->ground_plane, failure) &&
            put_text(root, "tone_mapping", options->tone_mapping, failure) &&
            put_text(root, "format", options->format, failure) &&
            put_exposure(root, options->exposure, failure);

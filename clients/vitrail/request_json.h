@@ -17,14 +17,15 @@
  * and server. */
 struct request_options {
     const char *base_path; /* --request */
-    const char *size, *camera, *background, *environment, *format;
+    const char *size, *camera, *background, *environment, *studio, *format;
     const char *animation, *variant; /* names */
-    const char *edges;
-    const char *shadows, *transparency, *light_lists, *blend_filter, *tone_mapping;
+    const char *edges, *ground_plane;
+    const char *shadows, *transparency, *light_lists, *blend_filter, *refraction, *tone_mapping;
+    const char *environment_visibility;
     const char *exposure; /* a number, or "auto" */
     struct option_number shadow_resolution, shadow_compression, shadow_prefilter, shadow_fallback,
-        samples, area_samples, environment_samples, environment_rotation, environment_intensity,
-        max_error, budget_ms, time_s;
+        samples, area_samples, environment_samples, refraction_samples, environment_rotation,
+        environment_intensity, max_error, budget_ms, time_s;
     struct text_list lights, clips, highlights, parts, outputs, settings;
     bool no_scene_lights, reference, environment_background;
 };
@@ -50,20 +51,25 @@ struct request_options {
         OPTION_##kind, name, 0, argument, help, offsetof(owner, request.member) \
     }
 /* Light from all around. */
-#define REQUEST_ENVIRONMENT_OPTIONS(owner)                                                      \
-    REQUEST_OPTION(owner, TEXT, "environment", "LIGHT",                                         \
-                   "from all around: studio, a map (.hdr, .exr, or of the server),\n"           \
-                   "or SKY:GROUND in nits, numbers or r,g,b",                                   \
-                   environment),                                                                \
-        REQUEST_OPTION(owner, NUMBER, "environment-rotation", "DEGREES",                        \
-                       "turns the map, counter-clockwise from above", environment_rotation),    \
-        REQUEST_OPTION(owner, NUMBER, "environment-intensity", "X", "a factor on the map",      \
-                       environment_intensity),                                                  \
-        REQUEST_OPTION(owner, FLAG, "environment-background", NULL,                             \
-                       "show the map where nothing is", environment_background),                \
-        REQUEST_OPTION(owner, NUMBER, "environment-samples", "N",                               \
-                       "ray traced: towards the map, 1 to 4096; default " QUALITY_DEFAULT_TEXT( \
-                           ENVIRONMENT_SAMPLES_DEFAULT),                                        \
+#define REQUEST_ENVIRONMENT_OPTIONS(owner)                                                   \
+    REQUEST_OPTION(owner, TEXT, "studio", "WHEN",                                            \
+                   "studio lighting: auto (where nothing else shines), on or\noff", studio), \
+        REQUEST_OPTION(owner, TEXT, "environment", "LIGHT",                                  \
+                       "from all around: studio, a map (.hdr, .exr, or of the server),\n"    \
+                       "or SKY:GROUND in nits, numbers or r,g,b",                            \
+                       environment),                                                         \
+        REQUEST_OPTION(owner, NUMBER, "environment-rotation", "DEGREES",                     \
+                       "turns the map, counter-clockwise from above", environment_rotation), \
+        REQUEST_OPTION(owner, NUMBER, "environment-intensity", "X", "a factor on the map",   \
+                       environment_intensity),                                               \
+        REQUEST_OPTION(owner, FLAG, "environment-background", NULL,                          \
+                       "show the map where nothing is", environment_background),             \
+        REQUEST_OPTION(owner, TEXT, "environment-visibility", "NAME",                        \
+                       "none, rays: what is in the map's way when rasterised",               \
+                       environment_visibility),                                              \
+        REQUEST_OPTION(owner, NUMBER, "environment-samples", "N",                            \
+                       "rays: towards the map, 1 to 4096; default " QUALITY_DEFAULT_TEXT(    \
+                           ENVIRONMENT_SAMPLES_DEFAULT),                                     \
                        environment_samples)
 /* What frames and views have in common, but for the camera. */
 #define REQUEST_LOOK_OPTIONS(owner)                                                                \
@@ -77,6 +83,9 @@ struct request_options {
         REQUEST_OPTION(owner, LIST, "highlight", "NODE", "outline this node, and all below it",    \
                        highlights),                                                                \
         REQUEST_OPTION(owner, TEXT, "edges", "SPEC", "draw feature edges, see below", edges),      \
+        REQUEST_OPTION(owner, TEXT, "ground-plane", "HEIGHT",                                      \
+                       "catch shadows on the ground: auto (below the scene), or metres",           \
+                       ground_plane),                                                              \
         REQUEST_ENVIRONMENT_OPTIONS(owner),                                                        \
         REQUEST_OPTION(owner, TEXT, "background", "R,G,B,A", "linear; default transparent",        \
                        background),                                                                \
@@ -101,7 +110,7 @@ struct request_options {
         REQUEST_OPTION(owner, NUMBER, "shadow-fallback", "E",                                      \
                        "deep: error of lists that the budget has no room for", shadow_fallback),   \
         REQUEST_OPTION(owner, NUMBER, "samples", "N",                                              \
-                       "per pixel: 1 or 4; raytraced: also 16, 64, 256", samples),                 \
+                       "per pixel: 1, 4, 8 or 16; raytraced: also 64, 256", samples),              \
         REQUEST_OPTION(owner, FLAG, "reference", NULL,                                             \
                        "the ray-traced ground truth, in double precision", reference),             \
         REQUEST_OPTION(owner, NUMBER, "area-samples", "N",                                         \
@@ -112,6 +121,11 @@ struct request_options {
                        light_lists),                                                               \
         REQUEST_OPTION(owner, TEXT, "transparency", "NAME", TRANSPARENCY_NAMES, transparency),     \
         REQUEST_OPTION(owner, TEXT, "blend-filter", "NAME", "tint, coverage, kim", blend_filter),  \
+        REQUEST_OPTION(owner, TEXT, "refraction", "NAME",                                          \
+                       "auto, off: all is seen straight through glass", refraction),               \
+        REQUEST_OPTION(owner, NUMBER, "refraction-samples", "N",                                   \
+                       "ray traced: directions behind rough glass, 1 to 4096",                     \
+                       refraction_samples),                                                        \
         REQUEST_OPTION(owner, NUMBER, "max-error", "E", "the largest error that is acceptable",    \
                        max_error),                                                                 \
         REQUEST_OPTION(owner, NUMBER, "budget-ms", "B", "the longest time a frame may take",       \

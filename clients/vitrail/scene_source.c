@@ -9,6 +9,7 @@
 
 #include "clients/vitrail/environment_source.h"
 #include "clients/vitrail/gltf_files.h"
+#include "clients/vitrail/render_watch.h"
 #include "clients/vitrail/resource.h"
 
 bool scene_source_is_on_server(const char *text)
@@ -49,16 +50,14 @@ bool scene_source_check(const char *path, struct failure *failure)
 }
 
 static bool upload(struct session *session, const char *path, const struct gltf_files *files,
-                   const struct scene_wish *wish, char id[SCENE_ID_BYTES], struct failure *failure)
+                   const struct file_options *options, char id[SCENE_ID_BYTES],
+                   struct failure *failure)
 {
     struct http_reply reply;
-    const char *name = wish->name;
-    char address[sizeof "/v1/scenes?name=&scene=&unit=&up=" + 7 * RESOURCE_NAME_BYTES] =
+    const char *name = options->name;
+    char address[sizeof "/v1/scenes?name=&scene=&unit=&up=&deflection=" + 9 * RESOURCE_NAME_BYTES] =
         "/v1/scenes";
-    struct http_request request = {.method = "POST",
-                                   .path = address,
-                                   .sending = PROGRESS_STAGE_UPLOAD,
-                                   .waiting = PROGRESS_STAGE_DECODE};
+    struct http_request request = {.method = "POST", .path = address};
     char task[256], file_name[RESOURCE_NAME_BYTES];
     bool is_ok;
 
@@ -67,9 +66,10 @@ static bool upload(struct session *session, const char *path, const struct gltf_
         name = *file_name ? file_name : NULL;
     }
     resource_add_query(address, sizeof address, "name", name);
-    resource_add_query(address, sizeof address, "scene", wish->scene);
-    resource_add_query(address, sizeof address, "unit", wish->unit);
-    resource_add_query(address, sizeof address, "up", wish->up);
+    resource_add_query(address, sizeof address, "scene", options->scene);
+    resource_add_query(address, sizeof address, "unit", options->unit);
+    resource_add_query(address, sizeof address, "up", options->up);
+    resource_add_query(address, sizeof address, "deflection", options->deflection);
     if (files) {
         request.parts = files->files;
         request.part_count = files->count;
@@ -78,15 +78,16 @@ static bool upload(struct session *session, const char *path, const struct gltf_
         request.content_type = "model/gltf-binary";
     }
     snprintf(task, sizeof task, "the scene '%.200s'", path);
-    if (!session_ask(session, &request, task, &reply, failure))
+    if (!upload_watch_ask(session, &request, task, &reply, failure))
         return false;
     is_ok = resource_read_id(&reply, task, id, failure);
     http_reply_finish(&reply);
     return is_ok;
 }
 
-bool scene_source_push(struct session *session, const char *path, const struct scene_wish *wish,
-                       struct scene_push *push, struct failure *failure)
+bool scene_source_push(struct session *session, const char *path,
+                       const struct file_options *options, struct scene_push *push,
+                       struct failure *failure)
 {
     struct gltf_files files;
     bool is_binary, is_there = false, is_ok;
@@ -95,19 +96,21 @@ bool scene_source_push(struct session *session, const char *path, const struct s
     if (!is_glb(path, &is_binary, failure))
         return false;
     if (is_binary) {
-        if (!wish->force && !wish->scene && !wish->unit && !wish->up &&
+        if (!options->force && !options->scene && !options->unit && !options->up &&
+            !options->deflection &&
             (!resource_hash(session, path, push->id, failure) ||
              !resource_is_there(session, "scenes", push->id, &is_there, failure)))
             return false;
         if (is_there)
-            return !wish->name || resource_rename(session, "scenes", push->id, wish->name, failure);
+            return !options->name ||
+                   resource_rename(session, "scenes", push->id, options->name, failure);
         push->was_sent = true;
-        return upload(session, path, NULL, wish, push->id, failure);
+        return upload(session, path, NULL, options, push->id, failure);
     }
     if (!gltf_files_find(&files, path, failure))
         return false;
     push->was_sent = true;
-    is_ok = upload(session, path, &files, wish, push->id, failure);
+    is_ok = upload(session, path, &files, options, push->id, failure);
     gltf_files_finish(&files);
     return is_ok;
 }
@@ -131,19 +134,21 @@ bool scene_source_push_demo(struct session *session, const char *name, struct sc
     return is_ok;
 }
 
-bool scene_source_check_all(const char *source, const struct scene_wish *wish,
+bool scene_source_check_all(const char *source, const struct file_options *options,
                             const json_t *request, struct failure *failure)
 {
     const char *name;
     json_t *part;
 
-    if (source && wish && (wish->scene || wish->unit || wish->up) &&
+    if (source && options &&
+        (options->scene || options->unit || options->up || options->deflection) &&
         scene_source_is_on_server(source))
         return fail(failure, EXIT_CODE_USAGE,
                     "--%s says how a FILE is read, and '%s' is a scene of the server",
-                    wish->scene  ? "scene"
-                    : wish->unit ? "unit"
-                                 : "up",
+                    options->scene  ? "scene"
+                    : options->unit ? "unit"
+                    : options->up   ? "up"
+                                    : "deflection",
                     source);
     if (source && !scene_source_is_on_server(source) && !scene_source_check(source, failure))
         return false;
@@ -157,12 +162,12 @@ bool scene_source_check_all(const char *source, const struct scene_wish *wish,
 }
 
 /* Names what `source` is in `object` as "scene", when the server has it. */
-static bool bring(struct session *session, const char *source, const struct scene_wish *wish,
+static bool bring(struct session *session, const char *source, const struct file_options *options,
                   json_t *object, struct scene_push *push, struct failure *failure)
 {
     bool is_ok = scene_source_is_on_server(source)
                      ? scene_reference_resolve(session, source, push->id, failure)
-                     : scene_source_push(session, source, wish, push, failure);
+                     : scene_source_push(session, source, options, push, failure);
     if (!is_ok)
         return false;
     return json_object_set_new(object, "scene", json_string(push->id)) == 0 ||
@@ -183,7 +188,7 @@ bool scene_source_bring_beside(struct session *session, json_t *request, struct 
         char *scene = strdup(given); /* `given` ends where its place is taken */
         if (!scene)
             return fail_no_memory(failure);
-        bool is_ok = bring(session, scene, &(struct scene_wish){0}, part, &push, failure);
+        bool is_ok = bring(session, scene, &(struct file_options){0}, part, &push, failure);
         free(scene);
         if (!is_ok)
             return false;
@@ -191,9 +196,10 @@ bool scene_source_bring_beside(struct session *session, json_t *request, struct 
     return environment_source_bring(session, request, failure);
 }
 
-bool scene_source_bring(struct session *session, const char *source, const struct scene_wish *wish,
-                        json_t *request, struct scene_push *push, struct failure *failure)
+bool scene_source_bring(struct session *session, const char *source,
+                        const struct file_options *options, json_t *request,
+                        struct scene_push *push, struct failure *failure)
 {
     return scene_source_bring_beside(session, request, failure) &&
-           bring(session, source, wish, request, push, failure);
+           bring(session, source, options, request, push, failure);
 }

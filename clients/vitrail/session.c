@@ -9,7 +9,7 @@
 
 enum {
     DEATH_POLL_MS = 20,
-    DEATH_POLLS = 50, /* a daemon's connections close a moment before it is known to be dead */
+    END_POLLS = 50, /* a daemon's connections close a moment before it is known to be dead */
     READY_POLL_MS = 50,
     READY_S = 120 /* the worker's self-test on a cold software rasteriser */
 };
@@ -37,9 +37,9 @@ static bool wait_until_ready(struct session *session, struct failure *failure)
         if (is_ready)
             return true;
         if (failure->exit_code) {
-            struct failure death = {0};
-            if (!spawned_server_check(&session->spawned, &death))
-                *failure = death;
+            struct failure ended = {0};
+            if (!spawned_server_check(&session->spawned, &ended))
+                *failure = ended;
             return false;
         }
         progress_show(&session->progress, PROGRESS_STAGE_START, 0, 0);
@@ -93,16 +93,16 @@ void session_end(struct session *session)
 
 /* A private server that broke off: says why it died, and, if it was ready, that the same call may
  * well succeed. */
-static void explain_death(struct session *session, struct failure *failure)
+static void explain_end(struct session *session, struct failure *failure)
 {
-    struct failure death = {0}, ignored = {0};
+    struct failure ended = {0}, ignored = {0};
 
-    for (int i = 0; i < DEATH_POLLS && !death.exit_code; i++)
-        if (spawned_server_check(&session->spawned, &death) &&
+    for (int i = 0; i < END_POLLS && !ended.exit_code; i++)
+        if (spawned_server_check(&session->spawned, &ended) &&
             !interrupt_sleep(&session->interrupt, DEATH_POLL_MS, &ignored))
             return;
-    if (death.exit_code)
-        *failure = death;
+    if (ended.exit_code)
+        *failure = ended;
     if (!session->is_starting)
         failure->exit_code = EXIT_CODE_TEMPORARY;
 }
@@ -127,7 +127,7 @@ bool session_ask(struct session *session, const struct http_request *request, co
         return true;
     if (session->spawned.keeper > 0 && failure->http_status == 0 &&
         (failure->exit_code == EXIT_CODE_UNAVAILABLE || failure->exit_code == EXIT_CODE_TEMPORARY))
-        explain_death(session, failure);
+        explain_end(session, failure);
     return false;
 }
 

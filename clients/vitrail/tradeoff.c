@@ -19,7 +19,7 @@ enum { POLL_MS = 250, LAST_POLLS = 40 /* after a cancel: the server ends at once
 struct tradeoff_options {
     struct common_options common;
     struct request_options request;
-    struct scene_wish file;
+    struct file_options file;
     const char *output;
     struct option_number time_budget_s, repeats, max_settings, reference_samples;
     bool no_images;
@@ -112,9 +112,9 @@ static bool prepare(struct measuring *measuring, struct failure *failure)
 
 static bool bring_scene(struct measuring *measuring, bool force, struct failure *failure)
 {
-    struct scene_wish wish = measuring->options->file;
-    wish.force = force;
-    return scene_source_bring(&measuring->session, measuring->source, &wish, measuring->request,
+    struct file_options options = measuring->options->file;
+    options.force = force;
+    return scene_source_bring(&measuring->session, measuring->source, &options, measuring->request,
                               &measuring->scene, failure) &&
            (measuring->options->request.base_path ||
             scene_defaults_ask(&measuring->session, measuring->scene.id, measuring->request,
@@ -385,6 +385,7 @@ static const struct option OPTIONS[] = {
      "per area light and point; default " QUALITY_DEFAULT_TEXT(AREA_SAMPLES_DEFAULT),
      AT(request.area_samples)},
     {OPTION_TEXT, "blend-filter", 0, "NAME", "tint, coverage, kim", AT(request.blend_filter)},
+    {OPTION_TEXT, "refraction", 0, "NAME", "auto, off", AT(request.refraction)},
     {OPTION_TEXT, "request", 0, "FILE", "a whole request as JSON; the options go over it",
      AT(request.base_path)},
     {OPTION_LIST, "set", 0, "POINTER=JSON", "any member, such as /tradeoff/repeats=5",

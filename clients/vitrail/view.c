@@ -12,7 +12,7 @@
 struct view_options {
     struct common_options common;
     struct request_options request;
-    struct scene_wish file;
+    struct file_options file;
     const char *output_file, *aov;
     bool through;
 };

@@ -51,13 +51,14 @@ static bool send_json(struct session *session, const char *method, const char *p
     return is_ok;
 }
 
-json_t *view_client_make(struct session *session, const char *scene, const struct scene_wish *wish,
-                         bool has_defaults, json_t *members, struct failure *failure)
+json_t *view_client_make(struct session *session, const char *scene,
+                         const struct file_options *options, bool has_defaults, json_t *members,
+                         struct failure *failure)
 {
     struct scene_push push = {0};
     struct http_reply reply = {0};
     json_t *summary = NULL;
-    if (members && scene_source_bring(session, scene, wish, members, &push, failure) &&
+    if (members && scene_source_bring(session, scene, options, members, &push, failure) &&
         (!has_defaults || scene_defaults_ask(session, push.id, members, failure)) &&
         send_json(session, "POST", "/v1/views", members, "the view", &reply, failure))
         summary = reply_json(&reply, "the view", failure);

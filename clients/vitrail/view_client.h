@@ -9,11 +9,12 @@
 
 bool view_id_is_valid(const char *text, struct failure *failure); /* 16 hexadecimal digits */
 
-/* Brings the scene (a file or an id), and makes a view of it with the members. wish: of a file.
+/* Brings the scene (a file or an id), and makes a view of it with the members. options: of a file.
  * has_defaults: members that neither scene nor call say are those of scene_defaults.h. Takes
  * members, which may be NULL after a failure. The summary is a new reference; NULL on failure. */
-json_t *view_client_make(struct session *session, const char *scene, const struct scene_wish *wish,
-                         bool has_defaults, json_t *members, struct failure *failure);
+json_t *view_client_make(struct session *session, const char *scene,
+                         const struct file_options *options, bool has_defaults, json_t *members,
+                         struct failure *failure);
 
 /* Borrows the patch. */
 bool view_client_patch(struct session *session, const char *id, const json_t *patch,

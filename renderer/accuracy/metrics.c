@@ -296,20 +296,6 @@ static void end_probes(struct probe_metrics *metrics, const struct probe_sums *s
     metrics->rmse = sqrt(sum_value(&sums->square) / (double)metrics->compared);
 }
 
-bool probe_metrics_measure(const struct probe_metrics_desc *desc, struct probe_metrics *metrics,
-                           struct error *err)
-{
-    struct probe_sums sums = {0};
-    memset(metrics, 0, sizeof *metrics);
-    if (!desc->count)
-        return error_set(err, ERROR_INVALID_REQUEST, "there are no points to compare");
-    for (size_t i = 0; i < desc->count; i++)
-        for (int c = 0; c < 3; c++)
-            measure_probe(metrics, &sums, desc->transmittance[i][c], desc->reference[i][c], i, c);
-    end_probes(metrics, &sums);
-    return true;
-}
-
 bool image_transmittance_measure(const struct image_metrics_desc *desc,
                                  struct probe_metrics *metrics, struct error *err)
 {

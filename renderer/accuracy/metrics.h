@@ -52,14 +52,14 @@ MUST_CHECK bool image_pair_check(const struct image *image, const struct image *
  * two images are equal to the bit if their hashes are, as far as a test of determinism cares. */
 uint64_t image_metrics_hash(const struct image *image);
 
-/* ---- transmittance at points ---- */
+/* ---- transmittance ---- */
 
 #define PROBE_RELATIVE_MIN 1e-4 /* below, only absolute errors mean anything */
 
 struct probe_metrics {
     double max, mean, rmse; /* of |T - T_ref| over all values */
     double max_relative;    /* of |T - T_ref| / T_ref where T_ref > PROBE_RELATIVE_MIN */
-    double max_tau;         /* of |ln T - ln T_ref| where both are > 0: right down to T = 1e-300 */
+    double max_tau; /* of |ln T - ln T_ref| where both are > 0: right down to what an image holds */
     size_t max_point, max_relative_point, max_tau_point; /* index of the point, channel */
     int max_channel, max_relative_channel, max_tau_channel;
     uint64_t compared;          /* pairs of finite values */
@@ -68,14 +68,7 @@ struct probe_metrics {
     uint64_t nonfinite;         /* pairs with a value that is not finite, left out everywhere */
 };
 
-struct probe_metrics_desc {
-    const double (*transmittance)[3], (*reference)[3]; /* required; [count] */
-    size_t count;                                      /* required, from 1 */
-};
-MUST_CHECK bool probe_metrics_measure(const struct probe_metrics_desc *desc,
-                                      struct probe_metrics *metrics, struct error *err);
-
-/* The same of every pixel of two images of transmittances; a point is a pixel in reading order.
+/* Of every pixel of two images of transmittances; a point is a pixel in reading order.
  * Errors as image_metrics_measure. */
 MUST_CHECK bool image_transmittance_measure(const struct image_metrics_desc *desc,
                                             struct probe_metrics *metrics, struct error *err);

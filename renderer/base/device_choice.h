@@ -26,12 +26,12 @@ struct gl_device_list { /* zeroed = empty */
     int count;
 };
 
-/* Told before it is done, so that who is told knows what a driver was doing when it ends the
+/* Reported before it is done, so that its reader knows what a driver was doing when it ends the
  * process. */
 enum gl_device_step {
     GL_DEVICE_OPENING,
     GL_DEVICE_TESTING,
-    GL_DEVICE_MEASURING, /* told by whoever has its speed measured */
+    GL_DEVICE_MEASURING, /* reported by whoever has its speed measured */
 };
 
 struct gl_device_watch {

@@ -6,7 +6,7 @@
 enum frame_stage {
     FRAME_STAGE_SHADOWS, /* structures of lights; left out where lights come in batches */
     FRAME_STAGE_RAYS,    /* tiles or rows of a traced picture */
-    FRAME_STAGE_SHADING, /* windows, batches and slices of lights, traced shadows, time slices of
+    FRAME_STAGE_SHADING, /* windows, batches and chunks of lights, traced shadows, time slices of
                             passes: parts that need not take the same time */
     FRAME_STAGE_COUNT
 };

@@ -44,7 +44,7 @@ struct learning_case auto_case(const struct learning_case *cold, double built_sh
     frame.terms[FORECAST_TERM_MAPS] *= built_share;
     frame.terms[FORECAST_TERM_DEEP] *= built_share;
     frame.terms[FORECAST_TERM_BUILD] *= built_share;
-    frame.view += frame.view && built_share > 0; /* building has lessons of its own */
+    frame.view += frame.view && built_share > 0; /* building has observations of its own */
     return frame;
 }
 
@@ -53,19 +53,19 @@ struct learning_case auto_case(const struct learning_case *cold, double built_sh
  * to 1.6. */
 static const double STAYS_KNOWN = 0.95, STAYS_FORECAST = 0.75;
 
-/* Lessons before another technique is timed, and those after which it is known; what that may take,
- * and shall gain, of what the chosen one takes; and by how many of its standard deviations its
- * forecast may be too long. */
-enum { TIMING_LESSONS = 2, TIMING_ENOUGH = 3 };
+/* Observations before another technique is timed, and those after which it is known; what that may
+ * take, and shall gain, of what the chosen one takes; and by how many of its standard deviations
+ * its forecast may be too long. */
+enum { TIMING_OBSERVATIONS = 2, TIMING_ENOUGH = 3 };
 static const double TIMING_MOST = 2, TIMING_GAIN = 0.9, TIMING_DOUBT = 1.75;
 
 /* What was drawn before needs no margin against what is not known of forecasts. */
 static void take_known(struct auto_pick *pick)
 {
     const struct learning_answer *chosen = &pick->answers[pick->technique];
-    for (int i = 0; i < SHADOWS_COUNT && chosen->lessons; i++) {
+    for (int i = 0; i < SHADOWS_COUNT && chosen->observations; i++) {
         const struct learning_answer *other = &pick->answers[i];
-        if (is_candidate(i) && other->lessons && other->ms < chosen->ms) {
+        if (is_candidate(i) && other->observations && other->ms < chosen->ms) {
             pick->technique = (enum shadow_technique)i;
             chosen = other;
         }
@@ -83,7 +83,7 @@ static bool stay(struct auto_pick *pick)
     pick->technique = (enum shadow_technique)shown;
     for (int i = 0; i < SHADOWS_COUNT; i++) {
         const struct learning_answer *other = &pick->answers[i];
-        double most = other->lessons ? STAYS_KNOWN : STAYS_FORECAST;
+        double most = other->observations ? STAYS_KNOWN : STAYS_FORECAST;
         if (is_candidate(i) && i != shown && other->ms < most * pick->answers[shown].ms &&
             other->ms < pick->answers[pick->technique].ms)
             pick->technique = (enum shadow_technique)i;
@@ -95,12 +95,12 @@ static void find_runner_up(struct auto_pick *pick)
 {
     const struct learning_answer *chosen = &pick->answers[pick->technique];
     double best = TIMING_GAIN * chosen->ms;
-    if (chosen->lessons < TIMING_LESSONS)
+    if (chosen->observations < TIMING_OBSERVATIONS)
         return;
     for (int i = 0; i < SHADOWS_COUNT; i++) {
         const struct learning_answer *other = &pick->answers[i];
         double least = other->ms * exp(-TIMING_DOUBT * other->doubt);
-        if (!is_candidate(i) || other == chosen || other->lessons >= TIMING_ENOUGH ||
+        if (!is_candidate(i) || other == chosen || other->observations >= TIMING_ENOUGH ||
             !(least < best) || other->ms > TIMING_MOST * chosen->ms)
             continue;
         best = least;
@@ -159,11 +159,11 @@ void auto_times_text(const double ms[SHADOWS_COUNT], char text[AUTO_TIMES_BYTES]
 
 static void explain(struct auto_choice *choice, const struct auto_pick *pick, const char *kept)
 {
-    uint32_t lessons = pick->answers[pick->technique].lessons;
+    uint32_t observations = pick->answers[pick->technique].observations;
     char source[64] = "calibrated", times[AUTO_TIMES_BYTES];
-    if (lessons)
-        snprintf(source, sizeof source, "calibrated, %u frame%s like it", lessons,
-                 lessons == 1 ? "" : "s");
+    if (observations)
+        snprintf(source, sizeof source, "calibrated, %u frame%s like it", observations,
+                 observations == 1 ? "" : "s");
     auto_times_text(choice->ms, times);
     snprintf(choice->because, sizeof choice->because, "auto: forecast %s (%s, %s)", times, kept,
              source);

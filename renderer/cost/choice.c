@@ -10,7 +10,7 @@
 
 bool choice_row_fits(const struct choice_row *row, const struct quality_target *target)
 {
-    const struct choice_setting *setting = &row->setting;
+    const struct quality_setting *setting = &row->setting;
     if (target->shadows != SHADOWS_AUTO && target->shadows != setting->shadows)
         return false;
     if (target->samples && target->samples != setting->samples)
@@ -119,7 +119,9 @@ bool choice_make(const struct choice_row *rows, size_t count, const struct quali
 
 /* RMSE where the image's side, the root of its pixels, is 480: docs/explanation/cost-model.md. */
 static const double SIDE_PX = 480;
-static const double RASTER_ERROR[2] = {0.036, 0.0215}; /* 1 and 4 samples per pixel */
+enum { RASTER_SETTINGS = 4, RASTER_OPEN = 2 /* the others are taken only where they are said */ };
+static const int RASTER_SAMPLES[RASTER_SETTINGS] = {1, 4, 8, 16};
+static const double RASTER_ERROR[RASTER_SETTINGS] = {0.036, 0.0215, 0.0213, 0.021};
 enum { TRACED_SETTINGS = 5 };
 static const int TRACED_SAMPLES[TRACED_SETTINGS] = {1, 4, 16, 64, 256};
 static const double TRACED_ERROR[TRACED_SETTINGS] = {0.036, 0.0155, 0.0075, 0.004, 0.0022};
@@ -128,12 +130,23 @@ static const double TRACED_ERROR[TRACED_SETTINGS] = {0.036, 0.0155, 0.0075, 0.00
  * many times what the sum says for a scene as in the mean: glass and edges are not counted. */
 static const double TRACED_CAUTION = 4;
 
-static double traced_error(int samples)
+/* That of the most samples of the table that are no more than these. */
+static double find_error(const int *samples, const double *errors, int count, int wanted)
 {
     int i = 0;
-    while (i + 1 < TRACED_SETTINGS && TRACED_SAMPLES[i + 1] <= samples)
+    while (i + 1 < count && samples[i + 1] <= wanted)
         i++;
-    return TRACED_ERROR[i];
+    return errors[i];
+}
+
+static double traced_error(int samples)
+{
+    return find_error(TRACED_SAMPLES, TRACED_ERROR, TRACED_SETTINGS, samples);
+}
+
+static double raster_error(int samples)
+{
+    return find_error(RASTER_SAMPLES, RASTER_ERROR, RASTER_SETTINGS, samples);
 }
 
 /* What the counts do not tell, as in the mean of the shared scenes. */
@@ -175,17 +188,18 @@ static bool can_stay(const struct choice_frame *frame, const struct workload *wo
 }
 
 /* Of the rasteriser: what fits the budget of the maps, and its targets (renderer/window/targets.c:
- * 52 bytes for a pixel of one sample, 200 for one of four). */
+ * 52 bytes for a pixel of one sample, 200 for one of four, 48 for sums of several rounds). */
 static double raster_bytes(const struct choice_frame *frame, const struct workload *workload,
                            const struct forecast_setting *setting)
 {
     double maps = forecast_maps_bytes(workload, setting);
     double most = frame->shadow_bytes > 0 ? frame->shadow_bytes : maps;
-    return fmin(maps, most) + frame->pixels * (setting->samples > 1 ? 200 : 52);
+    double pixel_bytes = setting->samples > 4 ? 248 : setting->samples > 1 ? 200 : 52;
+    return fmin(maps, most) + frame->pixels * pixel_bytes;
 }
 
 static struct choice_row estimate(const struct choice_frame *frame,
-                                  const struct choice_setting *setting)
+                                  const struct quality_setting *setting)
 {
     bool is_renderer = shadow_technique_is_renderer(setting->shadows);
     bool has_shadows = setting->shadows != SHADOWS_NONE;
@@ -197,15 +211,14 @@ static struct choice_row estimate(const struct choice_frame *frame,
         .has_shadows = has_shadows,
     };
     cost.is_warm = frame->is_warm && can_stay(frame, &workload, &cost);
-    double camera =
-        is_renderer ? traced_error(setting->samples) : RASTER_ERROR[setting->samples > 1];
+    double camera = is_renderer ? traced_error(setting->samples) : raster_error(setting->samples);
     double shadow = frame->lights ? technique_forecast_error(setting->shadows, &cost) : 0;
     double side = sqrt(fmax(frame->pixels, 1));
     double ms = technique_forecast_ms(setting->shadows,
                                       &(struct forecast_frame){&workload, &cost, speed_of(frame)});
     return (struct choice_row){
         .setting = *setting,
-        .ms = setting->samples > 4 ? TRACED_CAUTION * ms : ms,
+        .ms = is_renderer && setting->samples > 4 ? TRACED_CAUTION * ms : ms,
         .error = !has_shadows ? INFINITY : hypot(camera, shadow) * sqrt(SIDE_PX / side),
         .bytes = is_renderer ? 0 : raster_bytes(frame, &workload, &cost),
     };
@@ -231,8 +244,9 @@ static size_t estimate_technique(const struct choice_frame *frame,
     bool is_renderer = shadow_technique_is_renderer(shadows);
     bool has_maps = shadow_technique_has(shadows, SHADOW_HAS_MAP);
     int resolutions[5], taps[4], samples[TRACED_SETTINGS];
-    int samples_count =
-        values_of(target->samples, TRACED_SAMPLES, is_renderer ? TRACED_SETTINGS : 2, samples);
+    int samples_count = is_renderer
+                            ? values_of(target->samples, TRACED_SAMPLES, TRACED_SETTINGS, samples)
+                            : values_of(target->samples, RASTER_SAMPLES, RASTER_OPEN, samples);
     int resolution_count =
         has_maps ? values_of(target->shadow_resolution, all_resolutions, 5, resolutions)
                  : values_of(0, none, 1, resolutions);
@@ -243,10 +257,10 @@ static size_t estimate_technique(const struct choice_frame *frame,
         for (int r = 0; r < resolution_count; r++)
             for (int t = 0; t < taps_count; t++)
                 rows[count++] =
-                    estimate(frame, &(struct choice_setting){.shadows = shadows,
-                                                             .shadow_resolution = resolutions[r],
-                                                             .shadow_taps = taps[t],
-                                                             .samples = samples[s]});
+                    estimate(frame, &(struct quality_setting){.shadows = shadows,
+                                                              .shadow_resolution = resolutions[r],
+                                                              .shadow_taps = taps[t],
+                                                              .samples = samples[s]});
     return count;
 }
 

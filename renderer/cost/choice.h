@@ -12,20 +12,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "protocol/shadow_technique.h"
+#include "protocol/quality_setting.h"
 #include "renderer/forecast/forecast.h"
 #include "renderer/view.h"
 
-struct choice_setting {
-    enum shadow_technique shadows;
-    int shadow_resolution, shadow_taps; /* 0 where the technique has none */
-    int samples;
-    double shadow_compression; /* of deep lists; 0 = exact */
-    int shadow_prefilter;      /* of deep lists; 0 and 1 = none */
-};
-
 struct choice_row {
-    struct choice_setting setting;
+    struct quality_setting setting;
     double ms;    /* the time that can be promised, not the mean */
     double error; /* INFINITY: not known, so never promised */
     double bytes; /* of its shadow maps and of the window, of the models; 0: not known */

@@ -4,19 +4,19 @@
 
 #include <math.h>
 
-/* Standard deviations of natural logarithms before any lesson. MACHINE: of all terms together, a
- * device that is slower than calibration found. TERM: of one term; fits of forecast.c are off by
+/* Standard deviations of natural logarithms before any observation. MACHINE: of all terms together,
+ * a device that is slower than calibration found. TERM: of one term; fits of forecast.c are off by
  * 1.2 to 1.6. FAMILY: what its terms do not tell. */
 static const double MACHINE = 0.3, TERM = 0.4, FAMILY = 0.25;
 static const double SCENE = 0.35;      /* what one scene is off by itself */
 static const double NOISE = 0.12;      /* of one frame's time */
-static const double FORGETS = 0.03;    /* each lesson adds this deviation to each factor's */
+static const double FORGETS = 0.03;    /* each observation adds this deviation to each factor's */
 static const double FACTOR_MOST = 2.1; /* a factor of 8 */
-/* How far one lesson moves an expectation: a quarter up; down 2.4 times, since other processes make
- * frames longer and none makes them shorter. */
+/* How far one observation moves an expectation: a quarter up; down 2.4 times, since other processes
+ * make frames longer and none makes them shorter. */
 static const double LIMIT = 0.223, LIMIT_DOWN = 4;
-/* A lesson that is longer than that, 1.6 times of a view that was drawn before and else 2.5 times,
- * is passed over until another agrees. */
+/* An observation that is longer than that, 1.6 times of a view that was drawn before and else 2.5
+ * times, is passed over until another agrees. */
 static const double ODD_KNOWN = 0.5, ODD = 0.9;
 enum { RUN_MOST = 4 };
 
@@ -102,18 +102,18 @@ struct learning_answer learning_expect(const struct learning *learning,
     const struct learning_view *view = find_view(learning, entry_key(frame));
     if (!estimate(learning, frame, &e))
         return (struct learning_answer){.ms = 0};
-    uint32_t lessons = view ? view->count : 0;
-    double variance = NOISE * NOISE + (lessons ? 0 : e.variance + SCENE * SCENE);
+    uint32_t observations = view ? view->count : 0;
+    double variance = NOISE * NOISE + (observations ? 0 : e.variance + SCENE * SCENE);
     return (struct learning_answer){.ms = exp(e.log_ms + (view ? view->off : 0)),
                                     .doubt = sqrt(fmax(variance, 0)),
-                                    .lessons = lessons,
+                                    .observations = observations,
                                     .is_shown = view && view->is_shown};
 }
 
-/* ---- lessons ---- */
+/* ---- observations ---- */
 
-/* `off` cut to what one lesson may move after so many of its kind. odd: what is more is passed over
- * unless the one before was, too. */
+/* `off` cut to what one observation may move after so many of its kind. odd: what is more is passed
+ * over unless the one before was, too. */
 static double cut(double off, double odd, struct learning_run *run)
 {
     int agreeing = off > 0 ? (run->count > 0 ? run->count : 0) : (run->count < 0 ? -run->count : 0);
@@ -144,8 +144,8 @@ static void forget(struct learning *learning)
     }
 }
 
-/* One step of the filter. Where the lesson was cut its noise is taken to be as large as makes the
- * step that of the cut. */
+/* One step of the filter. Where the observation was cut its noise is taken to be as large as makes
+ * the step that of the cut. */
 static void correct(struct learning *learning, const struct estimate *e, double noise, double off,
                     double cut_off)
 {
@@ -187,13 +187,13 @@ void learning_teach(struct learning *learning, const struct learning_case *frame
     double known = e.log_ms + (view ? view->off : 0), taken = log(taken_ms);
     double off = taken - e.log_ms;
     learning->clock++;
-    /* The more lessons of a view, the less each of them tells of others. */
+    /* The more observations of a view, the less each of them tells of others. */
     double noise = NOISE * NOISE + (view ? SCENE * SCENE * (1 + fmin(view->count, 8)) : 0);
     correct(learning, &e, noise, off, cut(off, ODD, &learning->run[family_of(frame)]));
     if (!view)
         return;
-    /* The view's own expectation goes to what it took, by no more than the limit; of later lessons
-     * the mean of about the last three counts. */
+    /* The view's own expectation goes to what it took, by no more than the limit; of later
+     * observations the mean of about the last three counts. */
     int32_t before = view->run.count;
     double moved = cut(taken - known, view->count ? ODD_KNOWN : ODD, &view->run);
     bool is_on_its_way =

@@ -23,7 +23,7 @@ enum {
     LEARNING_VIEWS_MAX = 256, /* the one not taught for longest makes room */
 };
 
-/* Lessons that were cut, in a row. */
+/* Observations that were cut, in a row. */
 struct learning_run {
     int32_t count;  /* above 0 all were too long, below too short */
     int32_t passed; /* 1: the last one was so odd that it or the one before was passed over */
@@ -32,8 +32,8 @@ struct learning_run {
 struct learning_view {
     uint64_t key;   /* of a view and a technique; 0: no entry */
     double off;     /* natural logarithm of what it takes over the forecast of the factors */
-    uint64_t clock; /* of its last lesson */
-    uint32_t count; /* lessons that were not passed over */
+    uint64_t clock; /* of its last observation */
+    uint32_t count; /* observations that were not passed over */
     struct learning_run run;
     uint32_t is_shown; /* 1: pictures of the view were last drawn by the technique */
 };
@@ -43,7 +43,7 @@ struct learning {
     double factor[LEARNING_STATES];                 /* natural logarithms: terms, then families */
     double doubt[LEARNING_STATES][LEARNING_STATES]; /* covariance of the factors */
     struct learning_run run[LEARNING_FAMILIES];
-    uint64_t clock; /* lessons so far */
+    uint64_t clock; /* observations so far */
     struct learning_view views[LEARNING_VIEWS_MAX];
 };
 
@@ -58,9 +58,9 @@ struct learning_case {
 
 struct learning_answer {
     double ms;
-    double doubt;     /* standard deviation of the natural logarithm of ms */
-    uint32_t lessons; /* of this view by this technique */
-    bool is_shown;    /* its pictures were last drawn by it */
+    double doubt;          /* standard deviation of the natural logarithm of ms */
+    uint32_t observations; /* of this view by this technique */
+    bool is_shown;         /* its pictures were last drawn by it */
 };
 struct learning_answer learning_expect(const struct learning *learning,
                                        const struct learning_case *frame);
@@ -68,8 +68,8 @@ struct learning_answer learning_expect(const struct learning *learning,
 /* The frame took so long, alone on the machine. What is no positive number is passed over. */
 void learning_teach(struct learning *learning, const struct learning_case *frame, double taken_ms);
 
-/* Pictures of the view are drawn by that technique from now on. Without effect while no lesson of
- * the two is known. */
+/* Pictures of the view are drawn by that technique from now on. Without effect while no observation
+ * of the two is known. */
 void learning_show(struct learning *learning, const struct learning_case *frame);
 
 /* Whether every number is one that teaching can have made: of what was read from a file. */

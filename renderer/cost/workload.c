@@ -11,8 +11,8 @@
 #include "shaders/shared/records.h"
 
 enum {
-    LIGHTS_SAMPLED = 8,      /* whose casters are looked at, at equal steps; the others are taken
-                                to be alike */
+    /* Whose casters are looked at, at equal steps; the others are taken to be alike. */
+    LIGHTS_SAMPLED = 8,
     TRIANGLES_SAMPLED = 256, /* of the transparent casters of one light */
     LIST_TESTS_MAX = 4096,   /* of a light against the cluster of a surface: 0.3 ms */
 };

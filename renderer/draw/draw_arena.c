@@ -80,6 +80,8 @@ uint32_t material_flags(const struct state_material *material)
         flags |= MATERIAL_CAST_ONCE;
     if (m->thickness > 0)
         flags |= MATERIAL_VOLUME;
+    if (state_bend_of(m) != STATE_BEND_NONE)
+        flags |= MATERIAL_BENDS;
     if (m->flags & SCENE_MATERIAL_SPECULAR)
         flags |= MATERIAL_SPECULAR;
     if (m->clearcoat > 0)
@@ -92,6 +94,8 @@ uint32_t material_flags(const struct state_material *material)
         flags |= MATERIAL_GRAIN;
     if (m->diffuse_transmission > 0)
         flags |= MATERIAL_TRANSLUCENT;
+    if (material->catches_shadows)
+        flags |= MATERIAL_GROUND;
     return flags;
 }
 
@@ -145,7 +149,9 @@ static void fill_material(const struct state_material *material, struct material
         .metallic_roughness_normal_occlusion = {{m->metallic, m->roughness, m->normal_scale,
                                                  m->occlusion_strength}},
         .transmission_f0_thickness = {{m->transmission, f0, m->thickness, m->edge_exponent}},
-        .edge_color = {{m->edge_color[0], m->edge_color[1], m->edge_color[2], 0}},
+        .attenuation = {{0, 0, 0, m->ior}},
+        .edge_color = {{m->edge_color[0], m->edge_color[1], m->edge_color[2],
+                        (m->ior - 1) * 0.025f * m->dispersion}},
         .flags = material_flags(material),
     };
     for (int k = 0; k < 3; k++)
@@ -164,7 +170,7 @@ static bool is_scaled(const struct scene_state *state, const struct state_item *
 
 static bool needs_copy(const struct scene_state *state, const struct state_item *item)
 {
-    return item->is_medium || is_scaled(state, item);
+    return item->is_medium || item->bend == STATE_BEND_SOLID || is_scaled(state, item);
 }
 
 static void assign_materials(struct draw_arena *arena, const struct scene_state *state,
@@ -180,6 +186,8 @@ static void assign_materials(struct draw_arena *arena, const struct scene_state 
         records[next].transmission_f0_thickness.v[2] *= item->length_scale;
         if (item->is_medium)
             records[next].flags |= MATERIAL_MEDIUM;
+        if (item->bend == STATE_BEND_SOLID)
+            records[next].flags |= MATERIAL_SOLID;
         arena->item_materials[i] = next++;
     }
 }

@@ -82,8 +82,8 @@ static bool upload_indices(struct scene_geometry *geometry, struct error *err)
     return ok;
 }
 
-void scene_geometry_format(const struct scene_geometry *geometry, uint32_t vao,
-                           enum vertex_stream stream)
+/* Sets the format of a stream in an array, whose binding has its number. */
+static void set_format(const struct scene_geometry *geometry, GLuint vao, enum vertex_stream stream)
 {
     static const GLenum types[] = {[VERTEX_F32] = GL_FLOAT,
                                    [VERTEX_U8] = GL_UNSIGNED_BYTE,
@@ -101,7 +101,7 @@ static void add_stream(struct scene_geometry *geometry, GLuint vao, enum vertex_
 {
     if (!geometry->streams[stream].name)
         return;
-    scene_geometry_format(geometry, vao, stream);
+    set_format(geometry, vao, stream);
     glVertexArrayVertexBuffer(vao, stream, geometry->streams[stream].name, 0,
                               (GLsizei)geometry->layout.formats[stream].stride_bytes);
 }
@@ -126,7 +126,7 @@ static void create_deformed_array(struct scene_geometry *geometry, uint32_t set)
         if (s >= VERTEX_TANGENT && !(set >> (s - VERTEX_TANGENT) & 1))
             continue;
         if (s > VERTEX_TANGENT) {
-            scene_geometry_format(geometry, vao, (enum vertex_stream)s);
+            set_format(geometry, vao, (enum vertex_stream)s);
             continue;
         }
         glEnableVertexArrayAttrib(vao, s);

@@ -107,8 +107,8 @@ struct draw_desc {
      * records as attributes. */
     const uint32_t *faces;
     size_t item_count;
-    bool cull_back_faces; /* of single-sided materials that are not media; camera passes do, light
-                             passes do not */
+    /* Of single-sided materials that are not media; camera passes do, light passes do not. */
+    bool cull_back_faces;
     /* Required. Fills *choice, which comes in zeroed, for items[index]. Called for all items before
      * the first is drawn: set a program's uniforms when it is first chosen. */
     bool (*choose)(void *context, size_t index, struct draw_choice *choice, struct error *err);

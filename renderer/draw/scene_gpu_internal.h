@@ -25,9 +25,6 @@ struct scene_geometry {
 MUST_CHECK bool scene_geometry_init(struct scene_geometry *geometry, const struct scene *scene,
                                     struct error *err);
 void scene_geometry_finish(struct scene_geometry *geometry);
-/* Sets the format of a stream in an array, whose binding has its number. */
-void scene_geometry_format(const struct scene_geometry *geometry, uint32_t array,
-                           enum vertex_stream stream);
 
 /* Which array a program that reads these attributes (bits by location) draws a primitive of these
  * flags from: equal for as many primitives as can be. */

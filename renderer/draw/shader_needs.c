@@ -10,10 +10,10 @@
 #include "shaders/shared/records.h"
 
 /* The flags that shaders have code for; the others only sort drawables. */
-static const uint32_t evaluated = MATERIAL_UNLIT | MATERIAL_BLEND | MATERIAL_TRANSMISSION |
-                                  MATERIAL_PASS_SLAB | MATERIAL_PASS_EDGE |
-                                  MATERIAL_NO_SELF_SHADOW | MATERIAL_SPECULAR | MATERIAL_CLEARCOAT |
-                                  MATERIAL_SHEEN | MATERIAL_MORE_LOBES | MATERIAL_KIND_METAL;
+static const uint32_t evaluated =
+    MATERIAL_UNLIT | MATERIAL_BLEND | MATERIAL_TRANSMISSION | MATERIAL_PASS_SLAB |
+    MATERIAL_PASS_EDGE | MATERIAL_NO_SELF_SHADOW | MATERIAL_SPECULAR | MATERIAL_CLEARCOAT |
+    MATERIAL_SHEEN | MATERIAL_MORE_LOBES | MATERIAL_BENDS | MATERIAL_GROUND | MATERIAL_KIND_METAL;
 
 static uint32_t kinds_of(const struct state_material *material)
 {
@@ -58,9 +58,10 @@ uint32_t shader_needs_lobes(uint32_t kinds)
 
 void shader_needs_material_defines(uint32_t kinds, char text[SHADER_NEEDS_TEXT_BYTES])
 {
-    snprintf(text, SHADER_NEEDS_TEXT_BYTES, " MATERIAL_KINDS=%uu%s%s", kinds,
+    snprintf(text, SHADER_NEEDS_TEXT_BYTES, " MATERIAL_KINDS=%uu%s%s%s", kinds,
              shader_needs_lobes(kinds) > 0 ? " HAS_LOBES" : "",
-             shader_needs_lobes(kinds) > 1 ? " HAS_MORE_LOBES" : "");
+             shader_needs_lobes(kinds) > 1 ? " HAS_MORE_LOBES" : "",
+             kinds & MATERIAL_GROUND ? " HAS_GROUND" : "");
 }
 
 void shader_needs_light_defines(const struct shader_needs *needs,
@@ -68,7 +69,8 @@ void shader_needs_light_defines(const struct shader_needs *needs,
 {
     text[0] = 0;
     if (needs->light_kinds)
-        snprintf(text, SHADER_NEEDS_TEXT_BYTES, " LIGHT_KINDS=%uu%s%s", needs->light_kinds,
+        snprintf(text, SHADER_NEEDS_TEXT_BYTES, " LIGHT_KINDS=%uu%s%s%s", needs->light_kinds,
                  needs->has_ranges ? " HAS_LIGHT_RANGES" : "",
-                 needs->area_samples > 1 ? " HAS_AREA_SAMPLES" : "");
+                 needs->area_samples > 1 ? " HAS_AREA_SAMPLES" : "",
+                 needs->has_area_form ? " HAS_AREA_FORM" : "");
 }

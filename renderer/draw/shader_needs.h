@@ -16,9 +16,20 @@ struct shader_needs {
     bool has_ranges;        /* some light ends at its range */
     bool has_smooth; /* opaque or masked drawables whose triangles stand for curved surfaces */
     bool has_normal_offset; /* shadow maps are looked up above smooth surfaces; set by the plan */
-    uint32_t area_samples;  /* points taken of each area light; 0: its centre stands for it.
-                               shader_needs_of leaves it to the plan */
+    bool refracts;          /* some drawable bends what is behind it; set by the plan */
+    /* shader_needs_of leaves these to the plan */
+    uint32_t area_samples; /* points taken of each area light; 1: its centre stands for it; 0: there
+                              is none, or has_area_form */
+    bool has_area_form;    /* area lights are integrated over */
+    uint32_t visibility_lobes; /* rays find what is left of a map's light over so many lobes of a
+                                  surface, enum VISIBILITY_*; 0: it passes all; set by the plan */
 };
+
+/* Whether programs read where the areas of lights lie. */
+static inline bool shader_needs_areas(const struct shader_needs *needs)
+{
+    return needs->area_samples > 1 || needs->has_area_form;
+}
 
 struct shader_needs shader_needs_of(const struct scene_state *state);
 

@@ -63,30 +63,15 @@ void environment_destroy(struct environment *environment)
 {
     if (!environment)
         return;
-    free(environment->radiance.pixels);
-    free(environment->diffuse.pixels);
-    for (int i = 0; i < ENVIRONMENT_LEVELS; i++)
-        free(environment->specular[i].pixels);
-    free(environment->rows);
-    free(environment->columns);
+    if (!environment->is_borrowed) {
+        free(environment->radiance.pixels);
+        free(environment->diffuse.pixels);
+        for (int i = 0; i < ENVIRONMENT_LEVELS; i++)
+            free(environment->specular[i].pixels);
+        free(environment->rows);
+        free(environment->columns);
+    }
     free(environment);
-}
-
-static uint64_t texels_bytes(const struct environment_texels *texels)
-{
-    return 3 * sizeof *texels->pixels * (uint64_t)texels->width * (uint64_t)texels->height;
-}
-
-uint64_t environment_size_bytes(const struct environment *environment)
-{
-    const struct environment_texels *map = &environment->radiance;
-    uint64_t rows = (uint64_t)map->height, columns = (uint64_t)map->width;
-    uint64_t bytes = texels_bytes(map) + texels_bytes(&environment->diffuse) +
-                     sizeof *environment->rows * (rows + 1) +
-                     sizeof *environment->columns * rows * (columns + 1);
-    for (int i = 0; i < ENVIRONMENT_LEVELS; i++)
-        bytes += texels_bytes(&environment->specular[i]);
-    return bytes;
 }
 
 void environment_coordinates(const double direction[3], double *u, double *v)

@@ -41,8 +41,6 @@ void environment_destroy(struct environment *environment); /* accepts NULL */
  * its mean radiance is 1 nt. */
 struct environment *environment_create_studio(struct error *err);
 
-uint64_t environment_size_bytes(const struct environment *environment);
-
 /* How a view has it. A direction of the world is that of the map turned about +Y,
  * counter-clockwise seen from above. */
 struct environment_light {
@@ -64,10 +62,6 @@ double environment_light_sample(const struct environment_light *light, const dou
                                 double direction[3]);
 /* The density with which a direction is drawn [1/sr]; > 0 where the radiance is. */
 double environment_light_density(const struct environment_light *light, const double direction[3]);
-
-/* What a diffuse surface of that normal gets without occlusion [lx]. */
-void environment_light_irradiance(const struct environment_light *light, const double normal[3],
-                                  double irradiance[3]);
 
 /* Maps in RGB as a device samples them, row 0 at +Y; before rotation and intensity. */
 struct environment_map {

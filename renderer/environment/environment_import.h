@@ -8,9 +8,10 @@
 
 #include "protocol/error.h"
 
-enum { /* texels that are kept: lobes of a roughness above 0.05 are wider than one of them */
-       ENVIRONMENT_KEPT_WIDTH = 2048,
-       ENVIRONMENT_KEPT_HEIGHT = 1024,
+/* Texels that are kept: lobes of a roughness above 0.05 are wider than one of them. */
+enum {
+    ENVIRONMENT_KEPT_WIDTH = 2048,
+    ENVIRONMENT_KEPT_HEIGHT = 1024,
 };
 
 /* Zeroed = empty. */

@@ -5,12 +5,13 @@
 
 #include "renderer/environment/environment.h"
 
-struct environment_texels { /* owned */
+struct environment_texels {
     float *pixels;
     int width, height;
 };
 
 struct environment {
+    bool is_borrowed; /* its arrays are those of a blob, else its own */
     struct environment_texels radiance, diffuse, specular[ENVIRONMENT_LEVELS];
     /* Chances of a row, and of a texel within its row, summed up from 0 to 1: in
      * f64, because a sky beside the sun has chances below the steps of f32 at 1. */

@@ -31,27 +31,15 @@ static void to_world(const struct environment_light *light, const double map[3],
     world[2] = light->cosine * map[2] - light->sine * map[0];
 }
 
-static void look(const struct environment_light *light, const struct environment_texels *texels,
-                 const double direction[3], double factor, double out[3])
+void environment_light_radiance(const struct environment_light *light, const double direction[3],
+                                double radiance[3])
 {
     double turned[3], u, v;
     to_map(light, direction, turned);
     environment_coordinates(turned, &u, &v);
-    environment_texels_look(texels, u, v, out);
+    environment_texels_look(&light->environment->radiance, u, v, radiance);
     for (int k = 0; k < 3; k++)
-        out[k] *= factor;
-}
-
-void environment_light_radiance(const struct environment_light *light, const double direction[3],
-                                double radiance[3])
-{
-    look(light, &light->environment->radiance, direction, light->intensity, radiance);
-}
-
-void environment_light_irradiance(const struct environment_light *light, const double normal[3],
-                                  double irradiance[3])
-{
-    look(light, &light->environment->diffuse, normal, light->intensity * pi, irradiance);
+        radiance[k] *= light->intensity;
 }
 
 /* Luminance of Rec.709; a channel alone must not be missed, so that no weight is below a tenth. */

@@ -68,23 +68,30 @@ static double count_surfaces(const struct workload *w)
     return w->pixels * (w->layers + w->covered);
 }
 
+/* How many times a rasterised picture is drawn for its samples: renderer/base/sample_pattern.h. */
+static double count_rounds(const struct forecast_setting *setting)
+{
+    return setting->samples > 4 ? setting->samples / 4.0 : 1;
+}
+
 /* On the machine of the fit, as all that follow. */
 static void add_shading(const struct workload *w, const struct forecast_setting *setting,
                         double terms[FORECAST_TERM_COUNT])
 {
     const struct device_costs *c = &forecast_costs;
-    double more = setting->samples > 1 ? 1 : 0;
-    double layers = w->pixels * w->layers, covered = w->pixels * w->covered;
-    double surfaces = count_surfaces(w);
+    double more = setting->samples > 1 ? 1 : 0, rounds = count_rounds(setting);
+    double pixels = rounds * w->pixels;
+    double layers = pixels * w->layers, covered = pixels * w->covered;
+    double surfaces = rounds * count_surfaces(w);
     terms[FORECAST_TERM_PIXELS] +=
-        MS * (w->pixels * (c->pixel + more * c->msaa_pixel) + covered * more * c->msaa_covered);
+        MS * (pixels * (c->pixel + more * c->msaa_pixel) + covered * more * c->msaa_covered);
     terms[FORECAST_TERM_LIGHTS] += MS * surfaces * w->lit * c->light;
     terms[FORECAST_TERM_WALKS] += MS * surfaces * w->listed * c->walk;
     terms[FORECAST_TERM_LAYERS] += MS * layers * (c->layer + more * c->msaa_layer);
     terms[FORECAST_TERM_TEXTURES] +=
         MS * surfaces * w->textures * (c->texture + more * c->msaa_texture);
     terms[FORECAST_TERM_TRIANGLES] +=
-        MS * w->triangles_in_view * (c->triangle + more * c->msaa_triangle);
+        MS * rounds * w->triangles_in_view * (c->triangle + more * c->msaa_triangle);
 }
 
 static void add_looks(const struct workload *w, const struct forecast_setting *setting,
@@ -93,7 +100,7 @@ static void add_looks(const struct workload *w, const struct forecast_setting *s
     const struct device_costs *c = &forecast_costs;
     double looks =
         setting->has_shadows && w->shadowed_lights ? c->look + c->tap * setting->shadow_taps : 0;
-    terms[FORECAST_TERM_LOOKS] += MS * count_surfaces(w) * w->lit * looks;
+    terms[FORECAST_TERM_LOOKS] += MS * count_rounds(setting) * count_surfaces(w) * w->lit * looks;
 }
 
 static void add_maps(const struct workload *w, const struct forecast_setting *setting,
@@ -141,12 +148,13 @@ static void add_point_rays(const struct workload *w, const struct forecast_setti
                            double terms[FORECAST_TERM_COUNT])
 {
     const struct device_costs *c = &forecast_costs;
-    double layers = w->pixels * w->layers, surfaces = count_surfaces(w);
+    double pixels = count_rounds(setting) * w->pixels;
+    double layers = pixels * w->layers, surfaces = count_rounds(setting) * count_surfaces(w);
     double more = setting->samples > 1 ? 1 : 0, levels = log2(2 + w->triangles);
     if (!setting->has_shadows || !w->shadowed_lights)
         return;
     terms[FORECAST_TERM_POINTS] +=
-        MS * (w->pixels * (c->point_pixel + more * c->msaa_point_pixel) + surfaces * c->point);
+        MS * (pixels * (c->point_pixel + more * c->msaa_point_pixel) + surfaces * c->point);
     terms[FORECAST_TERM_POINT_RAYS] +=
         MS * (surfaces * w->lit * levels * c->point_level + layers * w->lit * c->layer_point_ray);
     terms[FORECAST_TERM_POINT_WALKS] += MS * surfaces * w->listed * c->point_walk;
@@ -171,14 +179,6 @@ double forecast_trace_ms(const struct workload *workload, const struct forecast_
 {
     double terms[FORECAST_TERM_COUNT] = {0};
     add_rays(workload, setting, terms);
-    return forecast_sum_ms(terms);
-}
-
-double forecast_point_rays_ms(const struct workload *workload,
-                              const struct forecast_setting *setting)
-{
-    double terms[FORECAST_TERM_COUNT] = {0};
-    add_point_rays(workload, setting, terms);
     return forecast_sum_ms(terms);
 }
 
@@ -215,8 +215,9 @@ static void add_build(const struct forecast_frame *frame, double terms[FORECAST_
 void forecast_add_surfaces(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT])
 {
     double some[FORECAST_TERM_COUNT] = {0};
-    terms[FORECAST_TERM_FRAME] +=
-        frame->speed->frame_ms + frame->speed->shade * forecast_costs.drawn_frame_ms;
+    terms[FORECAST_TERM_FRAME] += frame->speed->frame_ms + count_rounds(frame->setting) *
+                                                               frame->speed->shade *
+                                                               forecast_costs.drawn_frame_ms;
     add_shading(frame->workload, frame->setting, some);
     spread(some, frame->speed->shade, terms);
 }

@@ -16,10 +16,10 @@
 /* How much there is to do for a frame, as renderer/cost/workload.h counts it. */
 struct workload {
     double pixels;
-    double covered;   /* share of the pixels that show something opaque, [0, 1] */
-    double layers;    /* mean transparent surfaces per pixel before what is opaque */
-    double lit;       /* mean lights that shine on a visible surface; area lights count once per
-                         sample */
+    double covered; /* share of the pixels that show something opaque, [0, 1] */
+    double layers;  /* mean transparent surfaces per pixel before what is opaque */
+    /* Mean lights that shine on a visible surface; area lights count once per sample. */
+    double lit;
     double listed;    /* mean lights in the list of a visible surface, which it walks: those without
                          a range always, others where its cluster meets their reach */
     double textures;  /* mean textures of the material of a visible surface */
@@ -32,8 +32,8 @@ struct workload {
     double map_triangles;  /* opaque casters, drawn into a face each */
     double deep_triangles; /* transparent ones */
     double deep_share;     /* events over texels of the deep faces */
-    double directions;     /* towards an environment map, which whole pictures by rays take at each
-                              visible surface */
+    /* Towards an environment map, which whole pictures by rays take at each visible surface. */
+    double directions;
 };
 
 /* Times over those of the machine of the fit. Zeroed = not measured. */
@@ -47,7 +47,7 @@ struct device_speed {
 bool device_speed_is_known(const struct device_speed *speed);
 
 /* Costs on the machine of the fit, in ns of processor time unless the name says ms. msaa_*: what 4
- * samples per pixel add to those of 1. */
+ * samples per pixel add to those of 1. More of them come in rounds of 4, each with all of it. */
 struct device_costs {
     double pixel, msaa_pixel; /* of the image; per covered one msaa_covered more */
     double msaa_covered;
@@ -60,8 +60,8 @@ struct device_costs {
     double drawn_frame_ms;          /* whatever a scene is drawn of */
     double face_ms, texel, caster;  /* of all shadow maps */
     double deep_texel, deep_caster, event; /* of deep ones besides */
-    double ray, hit_level; /* from the camera; where it meets something opaque, per doubling of the
-                              triangles */
+    /* From the camera; where it meets something opaque, per doubling of the triangles. */
+    double ray, hit_level;
     double more_ray, more_hit_level; /* likewise, of each sample after a pixel's first */
     double traced_triangle, msaa_traced_triangle; /* in view */
     double shadow_ray, traced_walk;               /* traced_walk: as walk, of rays */
@@ -142,8 +142,6 @@ double forecast_maps_error(const struct forecast_setting *setting);
 double forecast_shade_ms(const struct workload *workload, const struct forecast_setting *setting);
 double forecast_maps_ms(const struct workload *workload, const struct forecast_setting *setting);
 double forecast_trace_ms(const struct workload *workload, const struct forecast_setting *setting);
-double forecast_point_rays_ms(const struct workload *workload,
-                              const struct forecast_setting *setting);
 double forecast_build_ms(const struct workload *workload);
 
 /* Memory of all shadow maps together: where it is more than there is, they are made in batches,

@@ -2,6 +2,7 @@
 /* The maps that views may name. */
 #include "renderer/frame/environment_cache.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -28,18 +29,65 @@ void environment_cache_finish(struct environment_cache *cache)
 {
     for (int i = 0; i < RENDERER_ENVIRONMENTS_MAX; i++)
         release(&cache->entries[i]);
+    environment_destroy(cache->studio);
+    cache->studio = NULL;
 }
 
-bool environment_cache_open(struct environment_cache *cache, const struct view *view,
+/* Whether a frame that runs, or has yielded, shows it. */
+static bool is_shown(const struct renderer *renderer, const struct resident_environment *entry)
+{
+    return entry->environment && (entry->environment == renderer->frames.use.environment ||
+                                  entry->environment == renderer->urgent.use.environment);
+}
+
+/* In the place of the least recently used. */
+static struct resident_environment *place(struct renderer *renderer,
+                                          const struct renderer_environment_desc *desc)
+{
+    struct environment_cache *cache = &renderer->environments;
+    struct resident_environment *entry = NULL; /* free ones were never used */
+    for (int i = 0; i < RENDERER_ENVIRONMENTS_MAX; i++)
+        if (!is_shown(renderer, &cache->entries[i]) &&
+            (!entry || cache->entries[i].last_use < entry->last_use))
+            entry = &cache->entries[i];
+    assert(entry);
+    release(entry);
+    *entry = (struct resident_environment){.environment = desc->environment,
+                                           .release = desc->release,
+                                           .context = desc->context,
+                                           .last_use = ++cache->clock};
+    snprintf(entry->key, sizeof entry->key, "%s", desc->key);
+    return entry;
+}
+
+/* NULL with err. */
+static struct resident_environment *find_or_make(struct renderer *renderer, const char *key,
+                                                 struct error *err)
+{
+    struct environment_cache *cache = &renderer->environments;
+    struct resident_environment *entry = find(cache, key);
+    if (entry)
+        return entry;
+    if (strcmp(key, VIEW_STUDIO_KEY) != 0) {
+        error_set(err, ERROR_NOT_FOUND, "environment '%s'", key);
+        return NULL;
+    }
+    if (!cache->studio)
+        cache->studio = environment_create_studio(err);
+    const struct renderer_environment_desc desc = {.key = key, .environment = cache->studio};
+    return cache->studio ? place(renderer, &desc) : NULL;
+}
+
+bool environment_cache_open(struct renderer *renderer, const struct view *view,
                             struct environment_light *light, struct error *err)
 {
     *light = (struct environment_light){.environment = NULL};
     if (!view_has_environment(view))
         return true;
-    struct resident_environment *entry = find(cache, view->environment_key);
+    struct resident_environment *entry = find_or_make(renderer, view->environment_key, err);
     if (!entry)
-        return error_set(err, ERROR_NOT_FOUND, "environment '%s'", view->environment_key);
-    entry->last_use = ++cache->clock;
+        return false;
+    entry->last_use = ++renderer->environments.clock;
     *light = environment_light_make(entry->environment, view->environment_rotation_deg,
                                     view->environment_intensity);
     light->is_background = view->environment_is_background;
@@ -65,6 +113,20 @@ uint64_t environment_cache_size_bytes(const struct environment_cache *cache)
     return bytes;
 }
 
+bool environment_cache_drop_oldest(struct renderer *renderer)
+{
+    struct resident_environment *oldest = NULL;
+    for (int i = 0; i < RENDERER_ENVIRONMENTS_MAX; i++) {
+        struct resident_environment *entry = &renderer->environments.entries[i];
+        if (environment_maps_size_bytes(&entry->maps) > 0 && !is_shown(renderer, entry) &&
+            (!oldest || entry->last_use < oldest->last_use))
+            oldest = entry;
+    }
+    if (oldest)
+        environment_maps_finish(&oldest->maps);
+    return oldest;
+}
+
 bool renderer_attach_environment(struct renderer *renderer,
                                  const struct renderer_environment_desc *desc, struct error *err)
 {
@@ -80,16 +142,7 @@ bool renderer_attach_environment(struct renderer *renderer,
             desc->release(desc->context);
         return true;
     }
-    entry = &cache->entries[0]; /* free ones were never used */
-    for (int i = 1; i < RENDERER_ENVIRONMENTS_MAX; i++)
-        if (cache->entries[i].last_use < entry->last_use)
-            entry = &cache->entries[i];
-    release(entry);
-    *entry = (struct resident_environment){.environment = desc->environment,
-                                           .release = desc->release,
-                                           .context = desc->context,
-                                           .last_use = ++cache->clock};
-    snprintf(entry->key, sizeof entry->key, "%s", desc->key);
+    place(renderer, desc);
     return true;
 }
 

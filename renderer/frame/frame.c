@@ -15,12 +15,13 @@
 #include "renderer/frame/scene_parts.h"
 #include "renderer/plan/technique_check.h"
 #include "renderer/plan/view_key.h"
+#include "renderer/scene/studio.h"
 #include "renderer/shadows/technique.h"
 
 /* Checks the quality, but not what its technique can do, which the plan checks. */
 static bool check_quality(const struct view_quality *quality, struct error *err)
 {
-    if (!technique_check_samples(quality->samples, err))
+    if (!technique_check_samples(quality, err))
         return false;
     if (quality->area_samples < 0 || quality->area_samples > 4096)
         return error_set(err, ERROR_INVALID_REQUEST, "%d area samples, choose 1 to 4096",
@@ -28,6 +29,9 @@ static bool check_quality(const struct view_quality *quality, struct error *err)
     if (quality->environment_samples < 0 || quality->environment_samples > 4096)
         return error_set(err, ERROR_INVALID_REQUEST, "%d environment samples, choose 1 to 4096",
                          quality->environment_samples);
+    if (quality->refraction_samples < 0 || quality->refraction_samples > 4096)
+        return error_set(err, ERROR_INVALID_REQUEST, "%d refraction samples, choose 1 to 4096",
+                         quality->refraction_samples);
     return true;
 }
 
@@ -85,15 +89,19 @@ static bool create_outputs(const struct view *view, struct frame *frame, struct 
 }
 
 static void fill_report(const struct plan *plan, const struct resident_scene *scene,
-                        const struct scene_state *state, struct frame_report *report)
+                        const struct view *view, const struct scene_state *state,
+                        struct frame_report *report)
 {
+    if (view_has_environment(view))
+        snprintf(report->environment, sizeof report->environment, "%s", view->environment_key);
     report->counts.lights = state->light_count;
     if (plan->requirements[PLAN_NEED_COLOR].is_met ||
         plan->requirements[PLAN_NEED_AUXILIARY].is_met)
         report_add_bytes(report, "scene", scene_gpu_size_bytes(scene->gpu));
     if (state->has_default_lights)
         report_warn(report,
-                    "neither the scene nor the request has a light: default lighting is used");
+                    "neither the scene nor the request has a light: the studio lights it by "
+                    "default");
     if (state->has_idle_animation)
         report_warn(report, "the animation moves and changes nothing that can be seen");
     if (state->open_section_count)
@@ -113,12 +121,12 @@ struct opened_view {
     const struct scene_state *state; /* of the context, as the plan */
     struct camera camera;
     struct environment_light environment;
+    struct content_key state_key;
     const struct frame_plan *plan;
-    bool is_state_kept;
 };
 
 /* The key of frames whose forecasts are wrong alike: of about the same size, by any camera. */
-static uint64_t lesson_key_of(const struct opened_view *opened)
+static uint64_t observation_key_of(const struct opened_view *opened)
 {
     const struct view *view = &opened->view;
     struct content_key key = content_key_begin();
@@ -129,7 +137,8 @@ static uint64_t lesson_key_of(const struct opened_view *opened)
     content_key_add_word(&key, (uint64_t)view->quality.samples);
     content_key_add_word(&key, (uint64_t)view->quality.shadow_taps);
     if (view_has_environment(view)) /* rays towards it go other ways than those to lights */
-        content_key_add_word(&key, (uint64_t)view->quality.environment_samples);
+        content_key_add_word(&key, (uint64_t)view->quality.environment_samples << 1 |
+                                       view->quality.environment_visibility);
     return key.words[0];
 }
 
@@ -143,10 +152,45 @@ static struct frame_plan_desc plan_desc_of(const struct frame_context *context,
         .state = opened->state,
         .camera = &opened->camera,
         .limits = gl_context_limits(renderer->gl),
-        .automatic = &renderer->automatic,
         .shadow_budget_bytes = share_bytes ? share_bytes : 1, /* 0 would be any */
-        .view_key = lesson_key_of(opened),
     };
+}
+
+static struct auto_desc auto_desc_of(const struct frame_context *context,
+                                     const struct opened_view *opened)
+{
+    const struct renderer *renderer = context->renderer;
+    const struct frame_plan_desc plan = plan_desc_of(context, opened);
+    return (struct auto_desc){
+        .view = plan.view,
+        .state = plan.state,
+        .camera = plan.camera,
+        .settings = &renderer->automatic,
+        .raster_samples = plan_samples(plan.view, plan.limits),
+        .shadow_budget_bytes = plan.shadow_budget_bytes,
+        .view_key = observation_key_of(opened),
+    };
+}
+
+/* The key of what is chosen for the view, by what is known now. */
+static struct content_key choice_key_of(const struct frame_context *context,
+                                        const struct opened_view *opened)
+{
+    const struct auto_settings *automatic = &context->renderer->automatic;
+    struct content_key key = view_plan_key(opened->state_key, &opened->view);
+    content_key_add_word(&key, context->use.shadow_bytes);
+    content_key_add_word(&key, automatic->learned_print);
+    content_key_add_word(&key, (uint64_t)automatic->timed);
+    return key;
+}
+
+/* Adds what the view's choice decides, and what the plan tells of it. */
+static void add_choice(struct content_key *key, const struct auto_choice *choice)
+{
+    if (!choice)
+        return;
+    content_key_add_word(key, (uint64_t)choice->technique << 1 | choice->is_open);
+    content_key_add_text(key, choice->because);
 }
 
 /* Whether the device tone maps the picture. Overlays and comparisons need it linear, and a software
@@ -158,37 +202,66 @@ static bool shows_on_device(const struct renderer *renderer, const struct plan *
            !plan->requirements[PLAN_NEED_OVERLAY].is_met;
 }
 
-/* err names what is wrong. */
-static bool open_view(struct frame_context *context, const char *scene_key, const struct view *view,
-                      struct opened_view *opened, struct error *err)
+/* Checks and evaluates the view, and makes no plan. err names what is wrong. */
+static bool open_state(struct frame_context *context, const char *scene_key,
+                       const struct view *view, struct opened_view *opened, struct error *err)
 {
     struct renderer *renderer = context->renderer;
     *opened = (struct opened_view){.view = *view};
     if (!context->is_urgent)
-        renderer_publish_lessons(renderer);
+        renderer_publish_observations(renderer);
     opened->scene = renderer_find_scene(renderer, scene_key, view, err);
     if (!opened->scene)
         return false;
     if (!opened->view.outputs)
         opened->view.outputs = 1u << VIEW_OUTPUT_COLOR;
-    if (!check_view(&opened->view, err) ||
-        !environment_cache_open(&renderer->environments, view, &opened->environment, err))
+    if (!check_view(&opened->view, err))
         return false;
-    struct content_key key = view_state_key(opened->scene->key, &opened->view);
-    opened->state = scene_state_cache_get(&context->state_cache, key, &opened->scene->scene,
-                                          &opened->view, &opened->is_state_kept, err);
+    studio_apply(&opened->scene->scene, &opened->view);
+    if (!environment_cache_open(renderer, &opened->view, &opened->environment, err))
+        return false;
+    bool is_kept;
+    opened->state_key = view_state_key(opened->scene->key, &opened->view);
+    opened->state = scene_state_cache_get(&context->state_cache, opened->state_key,
+                                          &opened->scene->scene, &opened->view, &is_kept, err);
+    context->has_new_state |= !is_kept;
     if (!opened->state || !camera_resolve(&opened->camera, &opened->view, opened->state, err))
         return false;
     frame_budget_share(context, opened->scene);
-    const struct frame_plan_desc desc = plan_desc_of(context, opened);
-    struct content_key plan_key = view_plan_key(key, &opened->view);
-    content_key_add_word(&plan_key, desc.shadow_budget_bytes);
-    content_key_add_word(&plan_key, renderer->automatic.learned_print);
-    content_key_add_word(&plan_key, (uint64_t)renderer->automatic.timed);
-    opened->plan = plan_cache_get(&context->plans, plan_key, &desc, err);
-    if (opened->plan && !shows_on_device(renderer, &opened->plan->plan))
+    return true;
+}
+
+/* err names what is wrong. */
+static bool open_view(struct frame_context *context, const char *scene_key, const struct view *view,
+                      struct opened_view *opened, struct error *err)
+{
+    if (!open_state(context, scene_key, view, opened, err))
+        return false;
+    struct content_key key = choice_key_of(context, opened);
+    struct light_reach reach = choice_cache_take_reach(&context->choices, key);
+    struct frame_plan_desc desc = plan_desc_of(context, opened);
+    desc.reach = &reach;
+    add_choice(&key, view->choice);
+    opened->plan = plan_cache_get(&context->plans, key, &desc, err);
+    light_reach_finish(&reach);
+    if (opened->plan && !shows_on_device(context->renderer, &opened->plan->plan))
         opened->view.screen.channels = 0;
     return opened->plan;
+}
+
+bool renderer_choose(struct renderer *renderer, const char *scene_key, const struct view *view,
+                     struct auto_choice *choice, struct error *err)
+{
+    struct frame_context *context = renderer_next_context(renderer, err);
+    struct opened_view opened;
+    if (!context || !open_state(context, scene_key, view, &opened, err))
+        return false;
+    const struct auto_desc desc = auto_desc_of(context, &opened);
+    const struct auto_choice *chosen =
+        choice_cache_get(&context->choices, choice_key_of(context, &opened), &desc, err);
+    if (chosen)
+        *choice = *chosen;
+    return chosen;
 }
 
 static struct frame_programs_desc programs_of(const struct frame_context *context,
@@ -326,15 +399,21 @@ bool renderer_warm_up(struct renderer *renderer, const char *scene_key, const st
     struct program_list list = {0};
     enum shadow_technique techniques[SHADOWS_COUNT];
     struct view drawn = *view;
+    struct auto_choice choice;
     assert(!renderer_is_yielding(renderer));
     *is_complete = true;
-    if (!open_view(context, scene_key, view, &opened, err))
+    if (!renderer_choose(renderer, scene_key, view, &choice, err))
+        return false;
+    drawn.choice = &choice;
+    if (!open_view(context, scene_key, &drawn, &opened, err))
         return false;
     size_t count = list_techniques(renderer, view, &opened.plan->plan, techniques);
     bool is_good = true;
     for (size_t i = 0; is_good && i < 2 * count; i++) { /* with a background, and without */
         drawn.quality.shadows = techniques[i / 2];
         drawn.screen.has_backdrop = i % 2 != view->screen.has_backdrop;
+        drawn.environment_is_background =
+            view->environment_is_background && !drawn.screen.has_backdrop;
         is_good = open_view(context, scene_key, &drawn, &opened, err) &&
                   list_all(context, &opened, &list, err);
     }
@@ -381,7 +460,8 @@ static bool is_exact(const struct opened_view *opened, const struct frame_report
     const struct shadow_needs *shadows = &opened->plan->shadows;
     if (!plan->requirements[PLAN_NEED_COLOR].is_met || quality->shadows == SHADOWS_NONE)
         return false;
-    if (report->compression.maps || view_has_environment(&opened->view))
+    if (report->compression.maps || view_has_environment(&opened->view) ||
+        scene_state_area_lights(opened->state))
         return false;
     for (size_t i = 0; i < shadows->light_count; i++) {
         const struct shadow_need *light = &shadows->lights[i];
@@ -390,8 +470,6 @@ static bool is_exact(const struct opened_view *opened, const struct frame_report
             return false; /* asked for, and knows no colours */
         if (light->has_structure && light->method->structure->is_exact &&
             !light->method->structure->is_exact(quality))
-            return false;
-        if (light->is_traced && state_light_is_area(&opened->state->lights[i]))
             return false;
     }
     return true;
@@ -433,6 +511,7 @@ static struct content_key picture_key_of(const struct renderer *renderer,
     struct content_key key =
         view_picture_key(view_state_key(opened->scene->key, &opened->view), &opened->view);
     content_key_add_word(&key, renderer->automatic.learned_print);
+    add_choice(&key, opened->view.choice);
     return key;
 }
 
@@ -461,7 +540,7 @@ static bool make_once(struct frame_context *context, const char *scene_key, cons
     if (!open_view(context, scene_key, view, &opened, err) ||
         !prove(renderer, &opened, &proof_ms, err))
         return false;
-    struct frame_lesson lesson = frame_lesson_begin();
+    struct frame_observation observation = frame_observation_begin();
     program_cache_get_stats(renderer->programs, &before);
     if (gl_context_limits(renderer->gl)->compiles_in_parallel && context->plans.misses > plans_made)
         prepare_programs(context, &opened);
@@ -492,15 +571,16 @@ static bool make_once(struct frame_context *context, const char *scene_key, cons
     bool ok =
         (making->only_builds || create_outputs(&opened.view, frame, err)) && frame_run(&run, err);
     if (ok)
-        fill_report(&opened.plan->plan, opened.scene, opened.state, &frame->report);
+        fill_report(&opened.plan->plan, opened.scene, &opened.view, opened.state, &frame->report);
     report_choice(&opened.plan->plan, &frame->report);
-    frame_lesson_of_choice(&lesson, &opened.plan->plan.choice);
+    frame_observation_of_choice(&observation, &opened.plan->plan.choice);
     count_caches(context, &before, plans_made, &frame->report);
-    frame->report.counts.states_reused = opened.is_state_kept;
+    frame->report.counts.states_reused = !context->has_new_state;
+    context->has_new_state = false;
     frame->report.error_is_exact |= is_exact(&opened, &frame->report);
     if (frame->report.is_kept_picture) { /* what was expected is not what was done */
         frame->report.chosen.expected_ms = 0;
-        lesson.is_open = false;
+        observation.is_open = false;
     }
     const struct frame_ending ending = {.frame = frame,
                                         .plan = &opened.plan->plan,
@@ -509,7 +589,7 @@ static bool make_once(struct frame_context *context, const char *scene_key, cons
                                         .view = view,
                                         .pace_key = pace_key,
                                         .picture = run.picture,
-                                        .lesson = lesson,
+                                        .observation = observation,
                                         .has_failed = !ok};
     ok = frame_in_flight_end(context, &ending, making->is_done, err);
     frame_context_end_frame(context);

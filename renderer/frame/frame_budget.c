@@ -22,7 +22,8 @@ static uint64_t least(uint64_t a, uint64_t b)
 
 /* ---- what goes ---- */
 
-void frame_budget_drop_windows(struct frame_context *context)
+/* Frees what the context holds of its last window. Not while a window is drawn. */
+static void drop_windows(struct frame_context *context)
 {
     targets_finish(&context->targets);
     layers_finish(&context->layers);
@@ -56,10 +57,12 @@ static bool drop_kept(struct frame_context *context)
     struct frame_context *urgent = &context->renderer->urgent;
     bool has_urgent = urgent != context && urgent->renderer && holds_any(urgent);
     bool has_own = !context->use.has_windows && holds_any(context);
+    if (environment_cache_drop_oldest(context->renderer))
+        return true;
     if (!has_urgent && !has_own)
         return drop_rays(context);
     struct frame_context *holder = has_urgent ? urgent : context;
-    frame_budget_drop_windows(holder);
+    drop_windows(holder);
     feature_edges_finish(&holder->feature_edges);
     return true;
 }
@@ -147,7 +150,12 @@ static uint64_t pixel_bytes_of(const struct frame_run *run)
 {
     const struct plan *plan = &run->frame_plan->plan;
     uint64_t outputs = aov_pixel_bytes(run->view),
-             bytes = targets_pixel_bytes(plan->target_samples, plan->lobes);
+             bytes =
+                 targets_pixel_bytes(plan->target_samples, plan->lobes) +
+                 (plan->requirements[PLAN_NEED_REFRACTION].is_met ? TARGETS_REFRACTION_PIXEL_BYTES
+                                                                  : 0);
+    if (plan->rounds > 1)
+        bytes += targets_sum_pixel_bytes(run->view->screen.has_backdrop);
     if (plan->requirements[PLAN_NEED_COLOR].is_met)
         bytes += targets_parts_pixel_bytes(plan->target_samples) +
                  readback_window_bytes(1 << 10) / (1 << 10);
@@ -182,6 +190,7 @@ void frame_budget_begin(const struct frame_run *run)
     struct frame_context *context = run->context;
     struct renderer *renderer = context->renderer;
     context->use.scene = run->scene;
+    context->use.environment = run->environment->environment;
     context->use.has_windows = true; /* scenes that nobody shows are evicted first */
     context->use.has_rays = plan_has_step(&run->frame_plan->plan, PLAN_STEP_RAYS) ||
                             plan_has_step(&run->frame_plan->plan, PLAN_STEP_TRACE);
@@ -201,6 +210,7 @@ void frame_budget_end(const struct frame_run *run)
     struct frame_context *context = run->context;
     context->use.has_windows = false;
     keep_within(context, 0);
+    context->use.environment = NULL;
     context->use.has_rays = false;
 }
 

@@ -18,9 +18,6 @@ void frame_budget_resume(struct frame_context *context);
 /* The callback of struct shadow_system_desc. */
 void frame_budget_reserve(void *renderer, uint64_t bytes);
 
-/* Frees what the context holds of its last window. Not while a window is drawn. */
-void frame_budget_drop_windows(struct frame_context *context);
-
 /* Begin and end of a frame whose textures are resident. Its scene is not evicted in between. */
 void frame_budget_begin(const struct frame_run *run);
 void frame_budget_end(const struct frame_run *run);

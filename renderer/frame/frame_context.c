@@ -26,6 +26,7 @@ void frame_context_finish(struct frame_context *context)
     targets_finish(&context->targets);
     light_lists_destroy(context->lists);
     plan_cache_clear(&context->plans);
+    choice_cache_clear(&context->choices);
     scene_state_cache_drop(&context->state_cache);
     image_cache_drop(&context->image_cache);
     draw_arena_destroy(context->arena);
@@ -38,6 +39,7 @@ void frame_context_forget(struct frame_context *context)
     if (context->use.forgets_later)
         return;
     plan_cache_clear(&context->plans);
+    choice_cache_clear(&context->choices);
     scene_state_cache_drop(&context->state_cache);
     image_cache_drop(&context->image_cache);
     context->cached = (struct window_cache_keys){0};

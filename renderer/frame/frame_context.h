@@ -5,6 +5,7 @@
 #ifndef VITRAIL_RENDERER_FRAME_FRAME_CONTEXT_H
 #define VITRAIL_RENDERER_FRAME_FRAME_CONTEXT_H
 
+#include "renderer/cost/choice_cache.h"
 #include "renderer/frame/image_cache.h"
 #include "renderer/frame/window_cache_keys.h"
 #include "renderer/frame/scene_cache.h"
@@ -35,10 +36,11 @@ struct light_batches { /* zeroed: nothing is known */
 
 /* What the running frame uses of the budget (renderer/frame/frame_budget.h). */
 struct budget_use {
-    const struct resident_scene *scene; /* NULL: no frame runs */
-    bool has_windows, has_rays;         /* caches of windows, and of the ray tracer, are in use */
-    bool forgets_later;    /* renderer_forget_kept was asked for, and waits for its end */
-    uint64_t shadow_bytes; /* the share of shadow structures */
+    const struct resident_scene *scene;    /* NULL: no frame runs */
+    const struct environment *environment; /* that the frame shows; NULL: none */
+    bool has_windows, has_rays; /* caches of windows, and of the ray tracer, are in use */
+    bool forgets_later;         /* renderer_forget_kept was asked for, and waits for its end */
+    uint64_t shadow_bytes;      /* the share of shadow structures */
 };
 
 struct frame_context {         /* zeroed: holds nothing */
@@ -47,7 +49,10 @@ struct frame_context {         /* zeroed: holds nothing */
     struct draw_arena *arena;
     struct light_lists *lists;
     struct plan_cache plans;
+    struct choice_cache choices;
     struct scene_state_cache state_cache;
+    /* The state was made since the last frame: by a choice, or an explanation. */
+    bool has_new_state;
     struct light_batches batches;
     struct targets targets;
     struct window_cache_keys cached; /* keys of what targets and layers hold */

@@ -55,8 +55,8 @@ static bool complete(struct frame_context *context, const struct frame_ending *e
         note_pace(context, ending);
     report->total_ms = wall_ms() - ending->begin_ms - report->paused_ms;
     if (ok && !context->is_urgent)
-        frame_lessons_take(renderer->lessons, &ending->lesson, report,
-                           gl_context_limits(renderer->gl)->is_software);
+        frame_observations_take(renderer->observations, &ending->observation, report,
+                                gl_context_limits(renderer->gl)->is_software);
     if (!ok)
         frame_finish(ending->frame);
     return ok;
@@ -87,7 +87,7 @@ static void keep_in_flight(struct renderer *renderer, const struct frame_ending 
                                           .view = ending->view,
                                           .pace_key = ending->pace_key,
                                           .picture = ending->picture,
-                                          .lesson = ending->lesson};
+                                          .observation = ending->observation};
     snprintf(in_flight->scene_key, sizeof in_flight->scene_key, "%s", ending->scene_key);
     if (renderer->is_strict && (in_flight->plan = malloc(sizeof *in_flight->plan)))
         *in_flight->plan = *ending->plan;
@@ -148,7 +148,7 @@ bool renderer_collect(struct renderer *renderer, struct error *err)
                                         .begin_ms = in_flight.begin_ms,
                                         .pace_key = in_flight.pace_key,
                                         .picture = in_flight.picture,
-                                        .lesson = in_flight.lesson};
+                                        .observation = in_flight.observation};
     assert(in_flight.frame);
     renderer->in_flight = (struct frame_in_flight){.frame = NULL};
     while (!readback_wait(renderer->readback, &in_flight.frame->report, WAIT_NS))
@@ -199,9 +199,9 @@ void frame_in_flight_poll(struct renderer *renderer)
 
 void frame_in_flight_init(struct renderer *renderer)
 {
-    gpu_timeline_set_waiter(
+    gpu_timeline_set_wait_callback(
         renderer->timeline,
-        &(struct gpu_waiter){.context = renderer, .before_wait = collect_before_wait});
+        &(struct gpu_wait_callback){.context = renderer, .before_wait = collect_before_wait});
 }
 
 void frame_in_flight_finish(struct renderer *renderer)

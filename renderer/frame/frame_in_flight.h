@@ -21,7 +21,7 @@ struct frame_ending {
     const struct view *view;     /* ... valid until it is collected */
     struct content_key pace_key; /* required: of frames that take as long */
     struct content_key picture;  /* required: of frame_run */
-    struct frame_lesson lesson;
+    struct frame_observation observation;
     bool has_failed; /* the frame is emptied */
 };
 /* To be called after the last command of a frame. Either the frame is in flight from now on, and

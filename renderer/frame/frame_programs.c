@@ -2,7 +2,9 @@
 /* Walking a plan for the programs of its passes, as frame_run.c walks it for their work. */
 #include "renderer/frame/frame_programs.h"
 
+#include "renderer/shading/accumulation.h"
 #include "renderer/shading/aov.h"
+#include "renderer/shading/refraction.h"
 #include "renderer/shading/screen.h"
 #include "renderer/shading/shade.h"
 #include "renderer/shadows/shadow_programs.h"
@@ -33,7 +35,8 @@ static void listing_init(struct listing *listing, const struct frame_programs_de
                   .state = desc->state,
                   .camera = desc->camera,
                   .limits = desc->limits,
-                  .needs = &desc->plan->shaders},
+                  .needs = &desc->plan->shaders,
+                  .rounds = desc->plan->plan.rounds},
         .shadows = {.needs = &desc->plan->shadows,
                     .gpu = desc->gpu,
                     .state = desc->state,
@@ -69,16 +72,16 @@ static struct lit_parts parts_of(const struct listing *listing, bool is_in_batch
     return parts;
 }
 
-/* With layers, whether any of their fragments is seen decides between two programs. */
+/* Where there may be layers, whether any is in view decides between two programs. */
 static void list_lookups(const struct listing *listing, const struct shadow_features *features,
                          bool may_surround, const struct lit_parts *parts)
 {
     char shadows[SHADOW_DEFINES_BYTES];
     shadow_features_write(features, shadows);
     const struct frame_programs_desc *desc = listing->desc;
-    bool has_layers = needs(desc, PLAN_NEED_LAYERS);
-    bool is_conditional =
-        has_layers || features->has[SHADOW_FEATURE_SEARCHED] || parts->count > 1 || parts->differ;
+    bool may_have_layers = needs(desc, PLAN_NEED_LAYERS);
+    bool is_conditional = may_have_layers || features->has[SHADOW_FEATURE_SEARCHED] ||
+                          parts->count > 1 || parts->differ;
     struct shade_facts facts = {
         .lists = light_lists_technique_defines(desc->view->quality.light_lists),
         .method = desc->plan->plan.transparency,
@@ -87,14 +90,14 @@ static void list_lookups(const struct listing *listing, const struct shadow_feat
         .may_surround = may_surround,
     };
     facts.shadows = facts.is_traced ? SHADE_TRACED_SHADOWS : shadows;
-    for (int has_entries = 0; has_entries <= has_layers; has_entries++) {
-        facts.has_entries = has_entries;
+    for (int has_layers = 0; has_layers <= may_have_layers; has_layers++) {
+        facts.has_layers = has_layers;
         for (int i = 0; i < LIGHT_PARTS && needs(desc, PLAN_NEED_COLOR); i++)
             if (parts->may[i])
                 shade_list_programs(&listing->frame, &facts, (enum light_parts)i, is_conditional,
                                     listing->list);
         if (needs(desc, PLAN_NEED_AUXILIARY))
-            aov_list_programs(&listing->frame, &facts, has_layers, listing->list);
+            aov_list_programs(&listing->frame, &facts, may_have_layers, listing->list);
     }
 }
 
@@ -120,10 +123,15 @@ static void list_surfaces(const struct listing *listing, const struct geometry_i
     if (needs(desc, PLAN_NEED_LIGHTS))
         light_lists_list_programs(quality->light_lists, quality->faithful,
                                   listing->frame.limits->is_software, listing->list);
-    if (needs(desc, PLAN_NEED_TRACED_SHADOWS))
-        traced_shadows_list_programs(&listing->frame, has_layers, listing->list);
+    if (needs(desc, PLAN_NEED_TRACED_SHADOWS) || needs(desc, PLAN_NEED_VISIBILITY))
+        traced_shadows_list_programs(&listing->frame,
+                                     has_layers ? desc->plan->plan.transparency->surfaces : NULL,
+                                     listing->list);
     if (needs(desc, PLAN_NEED_COLOR))
         apart_list_programs(&listing->frame, listing->list);
+    if (needs(desc, PLAN_NEED_REFRACTION))
+        refraction_list_programs(&listing->frame, listing->list);
+    accumulation_list_programs(&listing->frame, listing->list);
     if (desc->view->screen.channels)
         screen_list_programs(listing->list);
 }

@@ -20,7 +20,7 @@ struct frame_programs_desc { /* all required but the flags */
 
 /* Every program that a frame of the plan may need, under the pass that needs it; those that all
  * such frames need are not conditional: which lights make a batch, and whether the lights of a
- * point are too many for one dispatch, is told while drawing. Left out is what only a budget that
+ * point are too many for one dispatch, is known while drawing. Left out is what only a budget that
  * is exceeded on the way for the first time calls for: lists that are compressed then, lights in
  * batches where the plan knows of none; and of batches of lights of more than
  * SHADOW_FEATURE_SETS_MAX kinds some. Thread: GL. */

@@ -2,10 +2,10 @@
 /* The color output without the GPU. */
 #include "renderer/frame/frame_raytrace.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "protocol/quality_defaults.h"
 #include "renderer/frame/frame_budget.h"
 #include "renderer/frame/frame_yield.h"
 #include "renderer/plan/traced.h"
@@ -17,11 +17,6 @@ static size_t count_casting(const struct view *view, const struct scene_state *s
     for (size_t i = 0; i < state->light_count; i++)
         count += state->lights[i].casts_shadow;
     return view->quality.shadows == SHADOWS_NONE ? 0 : count;
-}
-
-static int grid_side(int samples)
-{
-    return samples == 0 ? 2 : (int)lround(sqrt(samples));
 }
 
 static const char *form_of(const struct view *view)
@@ -73,7 +68,7 @@ bool frame_raytrace(const struct frame_run *run, const char *because, const uint
         .camera = run->camera,
         .environment = run->environment,
         .texture_levels = texture_levels,
-        .samples_per_side = grid_side(view->quality.samples),
+        .samples = quality_or(view->quality.samples, SAMPLES_DEFAULT),
         .cache = renderer->traced,
         .advance = frame_advance_rays,
         .advance_context = run->context,

@@ -26,6 +26,11 @@ struct frame_run {
     const struct environment_maps *environment_maps; /* likewise; NULL: not drawn with any */
 };
 
+static inline bool frame_run_needs(const struct frame_run *run, enum plan_need need)
+{
+    return run->frame_plan->plan.requirements[need].is_met;
+}
+
 /* Runs what the plan lists and nothing else. */
 MUST_CHECK bool frame_run(const struct frame_run *desc, struct error *err);
 
@@ -36,6 +41,8 @@ bool frame_run_may_guess(const struct frame_run *run);
 bool frame_run_is_rasterised(const struct frame_run *run);
 /* The traced shadows of the frame; NULL where shadows are in structures. */
 struct traced_shadows *frame_run_rays(const struct frame_run *run);
+/* Whether rays start from the surfaces of its windows: to lights, or to the environment. */
+bool frame_run_starts_rays(const struct frame_run *run);
 /* The lights and their shadows, for the shaders. */
 MUST_CHECK bool frame_run_upload_lights(const struct frame_run *run, struct error *err);
 

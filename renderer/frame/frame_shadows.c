@@ -19,6 +19,7 @@ bool frame_shadows_begin(const struct frame_run *run, struct error *err)
     struct raytrace_desc desc = {.view = run->view,
                                  .state = run->state,
                                  .camera = run->camera,
+                                 .environment = run->environment,
                                  .cache = renderer->traced,
                                  .advance = frame_advance_rays,
                                  .advance_context = run->context,
@@ -27,9 +28,10 @@ bool frame_shadows_begin(const struct frame_run *run, struct error *err)
     if (!is_shadowed)
         return error_set(err, ERROR_NO_MEMORY, "%zu lights", needs->light_count);
     for (size_t i = 0; i < needs->light_count; i++)
-        is_shadowed[i] = needs->lights[i].is_traced;
+        is_shadowed[i] = frame_run_rays(run) && needs->lights[i].is_traced;
     frame_drop_other_traced(run->context, run->scene->key);
-    bool ok = traced_shadows_begin(traced, &desc, is_shadowed, err);
+    bool ok = traced_shadows_begin(traced, &desc, is_shadowed,
+                                   run->frame_plan->shaders.visibility_lobes, err);
     free(is_shadowed);
     return ok;
 }
@@ -41,31 +43,42 @@ bool frame_shadows_collect(const struct frame_run *run, const struct window_fram
     struct traced_shadows *traced = &context->shadow_rays;
     const struct clusters *clusters = light_lists_clusters(context->lists);
     enum traced_outcome outcome = traced_shadows_collect(traced, frame, &context->layers, err);
-    if (outcome == TRACED_COLLECTED && clusters->longest && !traced_shadows_room(traced, clusters))
+    if (outcome == TRACED_COLLECTED && frame_run_rays(run) && clusters->longest &&
+        !traced_shadows_room(traced, clusters))
         outcome = TRACED_TOO_MANY;
     *overflows = outcome == TRACED_TOO_MANY;
     uint64_t *fragments = &frame->report->counts.transparent_fragments;
-    if (*overflows && *fragments >= context->layers.entry_count)
-        *fragments -= context->layers.entry_count; /* they come again with the window's halves */
-    return outcome != TRACED_FAILED;
+    if (*overflows && *fragments >= context->layers.layer_count)
+        *fragments -= context->layers.layer_count; /* they come again with the window's halves */
+    return outcome == TRACED_TOO_MANY ||
+           (outcome == TRACED_COLLECTED &&
+            (!traced->visibility_lobes || traced_shadows_see(traced, err)));
 }
 
 static void report_rays(const struct frame_run *run, const struct traced_shadows *traced)
 {
     const struct plan *plan = &run->frame_plan->plan;
-    const char *technique = shadow_technique_name((int)plan->window_shadows->id);
-    const char *because = plan->requirements[PLAN_NEED_TRACED_SHADOWS].because;
+    const struct shadow_method *method = plan->window_shadows;
+    const char *technique = method ? shadow_technique_name((int)method->id) : PLAN_RAYS;
+    const struct plan_requirement *seen = &plan->requirements[PLAN_NEED_VISIBILITY];
+    const char *because =
+        plan->requirements[method ? PLAN_NEED_TRACED_SHADOWS : seen->need].because;
     struct frame_report *report = &run->frame->report;
     if (traced->stats.is_scene_reused)
         report_add_reused(report, "raytrace.build");
     else
         report_add_pass(report, "raytrace.build", because, technique, traced->stats.build_ms,
                         REPORT_SHADOW);
-    report_add_pass(report, "shadow.trace", because, technique, traced->stats.trace_ms,
-                    REPORT_SHADOW);
+    if (method)
+        report_add_pass(report, "shadow.trace", because, technique, traced->stats.trace_ms,
+                        REPORT_SHADOW);
+    if (seen->is_met)
+        report_add_pass(report, "environment.trace", seen->because, PLAN_RAYS, traced->stats.see_ms,
+                        REPORT_SHADOW);
     report_add_bytes(report, "raytrace", traced->stats.scene_bytes);
     report_add_bytes(report, "shadow.traced", traced->window_bytes);
-    report->counts.shadowed_lights = plan->traced_lights;
+    if (method)
+        report->counts.shadowed_lights = plan->traced_lights;
     report->counts.shadow_rays += traced->stats.shadow_rays;
 }
 

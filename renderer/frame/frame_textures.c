@@ -145,9 +145,10 @@ static void warn(const struct report_textures *report, struct frame_report *fram
     if (report->level_bias)
         report_warn(frame,
                     "textures: this view samples %.1f MiB of levels, the budget is %.1f MiB: the "
-                    "finest are withheld (level bias %u, texture-budget-bytes)",
+                    "finest are withheld (level bias %llu, texture-budget-bytes)",
                     (double)report->wanted_bytes / (1 << 20),
-                    (double)report->budget_bytes / (1 << 20), report->level_bias);
+                    (double)report->budget_bytes / (1 << 20),
+                    (unsigned long long)report->level_bias);
     if (report->compressed_count)
         report_warn(frame,
                     "textures: this view samples %.1f MiB of levels, the budget is %.1f MiB: the "
@@ -263,8 +264,8 @@ bool frame_textures_begin(struct frame_textures *textures, const struct frame_ru
 bool frame_textures_resume(struct frame_textures *textures, const struct frame_run *run,
                            struct error *err)
 {
-    struct report_textures unseen;
-    return !textures->key_count || bring(textures, run, &unseen, err);
+    struct report_textures discarded;
+    return !textures->key_count || bring(textures, run, &discarded, err);
 }
 
 void frame_textures_end(struct frame_textures *textures, const struct frame_run *run)

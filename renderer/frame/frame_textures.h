@@ -9,8 +9,8 @@ struct frame_textures { /* zeroed = none */
     struct texture_passes passes;
     size_t key_count;
     uint8_t *wanted; /* by any pass */
-    bool is_inexact; /* some texture lacks levels that were wanted, or exact ones: nothing drawn may
-                        be kept */
+    /* Some texture lacks levels that were wanted, or exact ones: nothing drawn may be kept. */
+    bool is_inexact;
 };
 
 /* Fills the report's `textures`, with a warning where levels are withheld or to come. Nothing

@@ -51,7 +51,7 @@ static bool put_back_scene(const struct frame_run *run, struct error *err)
     draw_arena_bind_materials(context->arena);
     if (!frame_textures_resume(run->textures, run, err))
         return false;
-    if (frame_run_rays(run) && context->shadow_rays.rays)
+    if (frame_run_starts_rays(run) && context->shadow_rays.rays)
         raytrace_shadows_resume(context->shadow_rays.rays);
     return true;
 }
@@ -60,17 +60,17 @@ static bool put_back_scene(const struct frame_run *run, struct error *err)
 static bool put_back_shadows(const struct frame_run *run, struct error *err)
 {
     struct renderer *renderer = run->context->renderer;
-    struct frame unseen = {0}; /* the report has all that from the first time */
+    struct frame discarded = {0}; /* the report has all that from the first time */
     struct frame_run again = *run;
     if (!run->frame_plan->plan.requirements[PLAN_NEED_COLOR].is_met)
         return true;
-    again.frame = &unseen;
+    again.frame = &discarded;
     again.is_again = true;
     bool ok = shadow_system_prepare_none(renderer->shadows, run->state->light_count, err) &&
               (!plan_has_step(&run->frame_plan->plan, PLAN_STEP_SHADOWS) ||
                light_batches_prepare(&again, err)) &&
               frame_run_upload_lights(run, err);
-    run->frame->report.paused_ms += unseen.report.paused_ms;
+    run->frame->report.paused_ms += discarded.report.paused_ms;
     return ok;
 }
 

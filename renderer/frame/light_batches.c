@@ -201,11 +201,11 @@ static bool run_urgent_in_batch(void *context, struct error *err)
 {
     const struct lights_yield *lights = context;
     const struct batch *batch = lights->batch;
-    struct frame_report unseen = {0}; /* the report has counted these the first time */
+    struct frame_report discarded = {0}; /* the report has counted these the first time */
     struct error failure = {0};
     if (!yield_point_run(lights->outer, err))
         return false;
-    if (prepare_shadows(lights->run, batch->is_left_out, &unseen, &failure))
+    if (prepare_shadows(lights->run, batch->is_left_out, &discarded, &failure))
         return upload_lights(batch, lights->run, err);
     *lights->must_restart = failure.code == ERROR_OVER_BUDGET && batch->structures >= 2;
     if (*lights->must_restart)
@@ -338,7 +338,7 @@ static bool shade_whole(const struct frame_run *run, const struct shade_desc *de
     struct lights_yield in_whole = {.run = run, .outer = desc->yield, .must_restart = must_batch};
     const struct yield_point yield = {
         .context = &in_whole, .should_yield = should_yield, .run_urgent = run_urgent_in_whole};
-    uint64_t *slices = &run->frame->report.counts.light_slices, slices_before = *slices;
+    uint64_t *chunks = &run->frame->report.counts.light_chunks, chunks_before = *chunks;
     const struct shade_part made = {run->context, run->context->span};
     place.yield = desc->yield ? &yield : NULL;
     place.advance = advance;
@@ -347,7 +347,7 @@ static bool shade_whole(const struct frame_run *run, const struct shade_desc *de
     bool ok = shade_window(&run->context->shade, &place, &failure);
     run->context->span = made.span;
     if (*must_batch)
-        *slices = slices_before; /* the window is shaded again */
+        *chunks = chunks_before; /* the window is shaded again */
     return ok || *must_batch || error_pass(err, &failure);
 }
 

@@ -26,6 +26,9 @@ static struct view metered_view(const struct view *view)
         own.background[k] = 0;
     if (own.quality.reference)
         own.quality.shadows = SHADOWS_RAYTRACED;
+    else if (view->choice && view->choice->is_open && own.quality.shadows == SHADOWS_AUTO)
+        own.quality.shadows = view->choice->technique;
+    own.choice = NULL;
     own.quality.samples = 1;
     own.quality.reference = own.quality.may_be_coarse = false;
     return own;
@@ -39,7 +42,7 @@ static struct content_key key_of(const struct renderer *renderer, const char *sc
     return key;
 }
 
-/* Nobody is told how far it is: a picture follows. */
+/* Reports no progress: a picture follows. */
 static bool draw(struct renderer *renderer, const char *scene_key, const struct view *view,
                  struct frame *frame, struct error *err)
 {

@@ -63,7 +63,7 @@ void proofs_destroy(struct proofs *proofs)
     free(proofs);
 }
 
-/* The first of the structures that fails is told, and those that are right are kept. */
+/* The first of the structures that fails is reported, and those that are right are kept. */
 bool proofs_ensure(struct proofs *proofs, uint32_t structures, struct error *err)
 {
     if (proofs->desc.policy == RENDERER_SELFTEST_START)

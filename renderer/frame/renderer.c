@@ -47,7 +47,7 @@ void renderer_finish_parts(struct renderer *renderer)
     frame_context_finish(&renderer->frames);
     shadow_system_destroy(renderer->shadows);
     frame_in_flight_finish(renderer);
-    frame_lessons_destroy(renderer->lessons);
+    frame_observations_destroy(renderer->observations);
     readback_destroy(renderer->readback);
     gpu_timeline_destroy(renderer->timeline);
 }
@@ -69,26 +69,26 @@ void renderer_set_auto(struct renderer *renderer, const struct auto_settings *se
     renderer->automatic.policy = settings->policy;
     renderer->automatic.speed = settings->speed;
     renderer_set_learned(renderer, settings->learned);
-    plan_cache_clear(&renderer->frames.plans);
-    plan_cache_clear(&renderer->urgent.plans);
+    choice_cache_clear(&renderer->frames.choices);
+    choice_cache_clear(&renderer->urgent.choices);
 }
 
-static void follow_lessons(struct renderer *renderer)
+static void follow_observations(struct renderer *renderer)
 {
-    renderer->automatic.learned = frame_lessons_published(renderer->lessons);
-    renderer->automatic.learned_print = frame_lessons_print(renderer->lessons);
+    renderer->automatic.learned = frame_observations_published(renderer->observations);
+    renderer->automatic.learned_print = frame_observations_print(renderer->observations);
 }
 
 void renderer_set_learned(struct renderer *renderer, const struct learning *learned)
 {
-    frame_lessons_set(renderer->lessons, learned);
-    follow_lessons(renderer);
+    frame_observations_set(renderer->observations, learned);
+    follow_observations(renderer);
 }
 
-void renderer_publish_lessons(struct renderer *renderer)
+void renderer_publish_observations(struct renderer *renderer)
 {
-    frame_lessons_publish(renderer->lessons);
-    follow_lessons(renderer);
+    frame_observations_publish(renderer->observations);
+    follow_observations(renderer);
 }
 
 const struct learning *renderer_get_learned(const struct renderer *renderer, uint64_t *print)

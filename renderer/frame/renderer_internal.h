@@ -5,7 +5,7 @@
 
 #include "renderer/frame/environment_cache.h"
 #include "renderer/frame/frame_context.h"
-#include "renderer/frame/frame_lessons.h"
+#include "renderer/frame/frame_observations.h"
 #include "renderer/frame/scene_cache.h"
 #include "renderer/raytrace/raytrace.h"
 #include "renderer/renderer.h"
@@ -18,7 +18,7 @@ struct frame_in_flight { /* zeroed: none (renderer/frame/frame_in_flight.h) */
     char scene_key[SCENE_KEY_BYTES]; /* and the view, borrowed: for making it again */
     const struct view *view;
     struct content_key pace_key, picture;
-    struct frame_lesson lesson;
+    struct frame_observation observation;
     bool is_cut; /* it has come, and must be made again */
 };
 
@@ -60,7 +60,7 @@ struct renderer {
     const char *budget_source;  /* never freed */
     uint64_t shadow_most_bytes; /* of it, for shadow structures */
     struct auto_settings automatic;
-    struct frame_lessons *lessons;
+    struct frame_observations *observations;
     struct timed_views timed;
     struct meter_readings readings;
     bool is_strict, redraws_surfaces;
@@ -102,6 +102,6 @@ bool renderer_evict_oldest_other(struct renderer *renderer, const struct residen
 uint64_t renderer_used_bytes(const struct renderer *renderer);
 
 /* Publishes what was learned; choices go by it from now on. */
-void renderer_publish_lessons(struct renderer *renderer);
+void renderer_publish_observations(struct renderer *renderer);
 
 #endif

@@ -10,7 +10,7 @@
 
 #include "renderer/frame/frame_budget.h"
 #include "renderer/frame/frame_in_flight.h"
-#include "renderer/frame/frame_lessons.h"
+#include "renderer/frame/frame_observations.h"
 #include "renderer/frame/proof_file.h"
 #include "renderer/frame/proofs.h"
 #include "renderer/frame/renderer_internal.h"
@@ -73,7 +73,7 @@ static bool create_parts(struct renderer *renderer, const struct renderer_desc *
     renderer->frames.shade.first_slice =
         desc->hooks.first_slice ? desc->hooks.first_slice : TIME_SLICE_FIRST;
     renderer->frames.shade.loop_steps =
-        desc->loop_steps ? desc->loop_steps : loop_steps_most(renderer->loop_end);
+        desc->hooks.loop_steps ? desc->hooks.loop_steps : loop_steps_most(renderer->loop_end);
     renderer->scenes.textures =
         create_textures(desc, budget_bytes, gl_context_limits(renderer->gl)->is_software, err);
     renderer->timeline = gpu_timeline_create(renderer->gl, err);
@@ -93,9 +93,9 @@ static bool create_parts(struct renderer *renderer, const struct renderer_desc *
         },
         err);
     renderer->traced = raytrace_cache_create(err);
-    renderer->lessons = frame_lessons_create();
+    renderer->observations = frame_observations_create();
     return renderer->shadows && renderer->traced &&
-           (renderer->lessons || error_set(err, ERROR_NO_MEMORY, "forecasts"));
+           (renderer->observations || error_set(err, ERROR_NO_MEMORY, "forecasts"));
 }
 
 /* ---- the device ---- */
@@ -142,7 +142,7 @@ static bool choose_arithmetic(struct renderer *renderer, const struct renderer_d
 static bool test_structures(void *context, uint32_t structures, bool *is_wrong, struct error *err)
 {
     const struct renderer *renderer = context;
-    const struct renderer_desc defaults = {.loop_steps = renderer->frames.shade.loop_steps};
+    const struct renderer_desc defaults = {.hooks.loop_steps = renderer->frames.shade.loop_steps};
     struct renderer *tested = calloc(1, sizeof *tested);
     struct error loss = {0};
     *is_wrong = false;
@@ -168,9 +168,9 @@ static bool test_structures(void *context, uint32_t structures, bool *is_wrong, 
     return false;
 }
 
-/* Variables of the environment by which drivers are told what to do; options of Mesa's drirc have
+/* Variables of the environment that control drivers; options of Mesa's drirc have
  * names in lower case. */
-static bool tells_driver(const char *entry)
+static bool controls_driver(const char *entry)
 {
     static const char *const prefixes[] = {"MESA",   "LIBGL", "GALLIUM",  "LP_",     "ST_",
                                            "NIR_",   "TGSI_", "SOFTPIPE", "INTEL_",  "AMD_",
@@ -209,7 +209,7 @@ static struct content_key proof_key(const struct renderer *renderer,
         content_key_add_text(&key, system.version);
     }
     for (char **entry = environ; *entry; entry++)
-        if (tells_driver(*entry))
+        if (controls_driver(*entry))
             content_key_add_text(&key, *entry);
     return key;
 }
@@ -283,11 +283,12 @@ static struct renderer *start(const struct renderer_desc *desc, struct gl_device
         return NULL;
     }
     renderer->is_strict = desc->is_strict;
-    renderer->redraws_surfaces = desc->redraws_surfaces;
+    renderer->redraws_surfaces = desc->hooks.redraws_surfaces;
     renderer->gl = gl_context_create(
         &(struct gl_context_desc){.device = desc->device,
                                   .is_strict = desc->is_strict,
                                   .hides_coverage = desc->hooks.hides_coverage,
+                                  .hides_multisampling = desc->hooks.hides_multisampling,
                                   .poses_as_hardware = desc->hooks.poses_as_hardware,
                                   .devices = devices,
                                   .watch = desc->watch},

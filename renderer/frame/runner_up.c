@@ -4,7 +4,7 @@
 
 /* Frames of one timing: the first may compile and build, and then teaches nothing, or of building
  * alone. */
-enum { FRAMES_MOST = 4, LESSONS_ENOUGH = 3 };
+enum { FRAMES_MOST = 4, OBSERVATIONS_ENOUGH = 3 };
 
 static bool shall_stop(void *context)
 {
@@ -23,14 +23,14 @@ static bool run_urgent(void *context, struct error *err)
 static bool find(struct renderer *renderer, const char *scene_key, const struct view *view,
                  struct learning_case *frame)
 {
-    struct plan plan;
-    struct error ignored = {0}; /* told to whoever asks for the picture */
+    struct auto_choice choice;
+    struct error ignored = {0}; /* reported to whoever asks for the picture */
     if (renderer_is_yielding(renderer) || renderer->automatic.policy != AUTO_MEASURED ||
-        !renderer_explain(renderer, scene_key, view, &plan, &ignored) || !plan.choice.is_open)
+        !renderer_choose(renderer, scene_key, view, &choice, &ignored) || !choice.is_open)
         return false;
     const struct auto_pick pick =
-        auto_pick(plan.choice.frames, frame_lessons_live(renderer->lessons));
-    *frame = plan.choice.frames[pick.runner_up];
+        auto_pick(choice.frames, frame_observations_live(renderer->observations));
+    *frame = choice.frames[pick.runner_up];
     return pick.has_runner_up;
 }
 
@@ -50,13 +50,17 @@ static bool draw(struct renderer *renderer, const char *scene_key, const struct 
                  const struct learning_case *runner_up)
 {
     bool ok = true;
+    struct auto_choice choice;
+    struct view drawn = *view;
+    drawn.choice = &choice;
     for (int i = 0; ok && i < FRAMES_MOST; i++) {
         struct frame frame;
         struct error ignored = {0};
-        if (learning_expect(frame_lessons_live(renderer->lessons), runner_up).lessons >=
-            LESSONS_ENOUGH)
+        if (learning_expect(frame_observations_live(renderer->observations), runner_up)
+                .observations >= OBSERVATIONS_ENOUGH)
             break;
-        ok = renderer_render(renderer, scene_key, view, &frame, &ignored);
+        ok = renderer_choose(renderer, scene_key, view, &choice, &ignored) &&
+             renderer_render(renderer, scene_key, &drawn, &frame, &ignored);
         if (ok)
             frame_finish(&frame);
     }
@@ -84,6 +88,6 @@ enum runner_up_outcome renderer_time_runner_up(struct renderer *renderer, const 
     renderer->automatic.timed = SHADOWS_AUTO;
     renderer->redraws_surfaces = redraws_surfaces;
     renderer->yield = yield;
-    renderer_publish_lessons(renderer);
+    renderer_publish_observations(renderer);
     return is_whole ? RUNNER_UP_TIMED : RUNNER_UP_STOPPED;
 }

@@ -331,7 +331,7 @@ static bool check_picture(const struct picture *picture, const struct image *ima
     return true;
 }
 
-/* The samples per pixel, as plan_samples has them. */
+/* The samples per pixel that the device has at once, as far as the trial wants them. */
 static int samples_of(const struct renderer *renderer, const struct shadow_trial *trial)
 {
     struct renderer_info info;
@@ -356,7 +356,7 @@ static bool check_lights(struct renderer *renderer, const struct shadow_trial *t
         .quality = trial->quality,
     };
     view.quality.shadow_resolution = 32;
-    view.quality.samples = quality_or(trial->quality.samples, SAMPLES_DEFAULT);
+    view.quality.samples = samples_of(renderer, trial);
     for (int i = 0; i < count; i++)
         lights[i] = light_of(i, count);
     bool ok = renderer_render(renderer, key, &view, &frame, err);
@@ -429,7 +429,7 @@ uint32_t scene_selftest_needs(const struct plan *plan, const struct view_quality
             bits |= bit_of(&trials, structure, quality->faithful);
     if (needs[PLAN_NEED_LIGHTS].is_met && quality->light_lists == VIEW_LIGHT_LISTS_LINKED)
         bits |= 1u << trials.linked_lights;
-    if (plan->samples == 1)
+    if (plan->target_samples == 1)
         bits |= 1u << trials.one_sample;
     return bits;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Joining shader fragments into one source text. */
+/* Joining shader sources into one source text. */
 #include "renderer/gl/compose.h"
 
 #include <stdio.h>
@@ -8,7 +8,7 @@
 
 #include "shaders/shader_table.h"
 
-/* Extensions must precede all else, so the composer enables those that any fragment may use. */
+/* Extensions must precede all else, so the composer enables those that any source may use. */
 static const char prologue[] = "#version 450 core\n"
                                "#extension GL_ARB_shader_draw_parameters : enable\n"
                                "#extension GL_ARB_post_depth_coverage : enable\n"

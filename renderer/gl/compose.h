@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Composition of one shader stage from the fragments in shaders/: defines, includes, #line marks.
+/* Composition of one shader stage from the sources in shaders/: defines, includes, #line marks.
  * No GL. */
 #ifndef VITRAIL_RENDERER_GL_COMPOSE_H
 #define VITRAIL_RENDERER_GL_COMPOSE_H
@@ -8,7 +8,7 @@
 
 #include "protocol/error.h"
 
-enum { COMPOSITION_FILES_MAX = 48 }; /* distinct files in one stage */
+enum { COMPOSITION_FILES_MAX = 64 }; /* distinct files in one stage */
 
 struct composition {
     char *text; /* owned, NUL-terminated GLSL */

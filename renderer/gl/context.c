@@ -183,6 +183,8 @@ struct gl_context *gl_context_create(const struct gl_context_desc *desc, struct 
     read_limits(&context->limits);
     note_devices(context);
     context->limits.has_post_depth_coverage &= !desc->hides_coverage;
+    if (desc->hides_multisampling)
+        context->limits.max_samples = context->limits.max_integer_samples = 1;
     context->limits.is_software &= !desc->poses_as_hardware;
     context->limits.compiles_in_parallel =
         !context->limits.is_software && (epoxy_has_gl_extension("GL_KHR_parallel_shader_compile") ||

@@ -13,8 +13,9 @@
 struct gl_context;
 
 struct gl_context_desc {
-    const char *device;  /* optional, borrowed during create: what gl_device_parse takes */
-    bool hides_coverage; /* tests: as on a device without GL_ARB_post_depth_coverage */
+    const char *device;       /* optional, borrowed during create: what gl_device_parse takes */
+    bool hides_coverage;      /* tests: as on a device without GL_ARB_post_depth_coverage */
+    bool hides_multisampling; /* tests: as on a device with one sample per pixel */
     bool is_strict; /* a GL error or undefined-behaviour message aborts the process (tests); without
                        it the driver is asked for no messages */
     bool poses_as_hardware; /* tests: is_software is false, whatever the device */

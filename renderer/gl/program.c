@@ -360,13 +360,6 @@ static GLint change(const struct gl_program *program, const char *name, const vo
     return program_uniforms_change(program->uniforms, name, value, words);
 }
 
-void gl_program_set_i(const struct gl_program *program, const char *name, int value)
-{
-    GLint location = change(program, name, &value, 1);
-    if (location >= 0)
-        glProgramUniform1i(program->name, location, value);
-}
-
 void gl_program_set_u(const struct gl_program *program, const char *name, uint32_t value)
 {
     GLint location = change(program, name, &value, 1);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Composes GLSL programs from the fragments in shaders/ and keeps them by their full key. Thread:
+/* Composes GLSL programs from the sources in shaders/ and keeps them by their full key. Thread:
  * GL. */
 #ifndef VITRAIL_RENDERER_GL_PROGRAM_H
 #define VITRAIL_RENDERER_GL_PROGRAM_H
@@ -15,9 +15,9 @@ struct program_cache *program_cache_create(const char *dump_dir /* optional */, 
 void program_cache_destroy(struct program_cache *cache);
 
 struct program_desc {
-    const char *label;  /* required; names the program in debug output */
-    const char *vertex; /* file names in shaders/, e.g. "gbuffer.vert.glsl"; either vertex (+
-                           fragment) ... */
+    const char *label; /* required; names the program in debug output */
+    /* File names in shaders/, e.g. "gbuffer.vert.glsl"; either vertex (+ fragment) ... */
+    const char *vertex;
     const char *fragment;
     const char *compute; /* ... or compute */
     /* Space-separated NAME or NAME=VALUE items that become #define lines, in this order; NULL means
@@ -43,7 +43,7 @@ const struct gl_program *program_cache_get(struct program_cache *cache,
                                            const struct program_desc *desc, struct error *err);
 
 /* Begins what program_cache_get will be asked for, and waits for nothing: where the driver compiles
- * on threads of its own, many programs are built at a time. Failures are told by program_cache_get.
+ * on threads of its own, many programs are built at a time. program_cache_get reports failures.
  */
 void program_cache_prepare(struct program_cache *cache, const struct program_desc *desc);
 
@@ -76,7 +76,6 @@ void program_cache_get_stats(const struct program_cache *cache, struct program_c
 /* glUseProgram; and one uniform by name, of arrays one element ("u_sigma[1]"). A name that the
  * linker removed is ignored; a value that was set before is not sent again. */
 void gl_program_use(const struct gl_program *program);
-void gl_program_set_i(const struct gl_program *program, const char *name, int value);
 void gl_program_set_u(const struct gl_program *program, const char *name, uint32_t value);
 void gl_program_set_u2(const struct gl_program *program, const char *name, uint32_t x, uint32_t y);
 void gl_program_set_f(const struct gl_program *program, const char *name, float value);

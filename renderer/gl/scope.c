@@ -38,7 +38,7 @@ struct gpu_timeline {
     enum clock_kind clock;
     struct scope_set sets[2];
     struct scope_set *now, *aside; /* each one of them */
-    struct gpu_waiter waiter;
+    struct gpu_wait_callback callback;
     bool is_open;
 };
 
@@ -73,15 +73,16 @@ void gpu_timeline_destroy(struct gpu_timeline *timeline)
     free(timeline);
 }
 
-void gpu_timeline_set_waiter(struct gpu_timeline *timeline, const struct gpu_waiter *waiter)
+void gpu_timeline_set_wait_callback(struct gpu_timeline *timeline,
+                                    const struct gpu_wait_callback *callback)
 {
-    timeline->waiter = *waiter;
+    timeline->callback = *callback;
 }
 
 void gpu_timeline_will_wait(struct gpu_timeline *timeline)
 {
-    if (timeline->waiter.before_wait)
-        timeline->waiter.before_wait(timeline->waiter.context);
+    if (timeline->callback.before_wait)
+        timeline->callback.before_wait(timeline->callback.context);
 }
 
 static double fenced_ms(void)

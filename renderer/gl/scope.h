@@ -17,13 +17,14 @@ void gpu_timeline_destroy(struct gpu_timeline *timeline);
 /* Whoever has asked the device for something before the passes to come takes it when a wait is
  * about to begin, because the wait would end later. It takes that and does no more: it begins no
  * scope and leaves bindings as they are. Scopes themselves call nobody. */
-struct gpu_waiter {
+struct gpu_wait_callback {
     void *context;
     void (*before_wait)(void *context);
 };
-void gpu_timeline_set_waiter(struct gpu_timeline *timeline, const struct gpu_waiter *waiter);
+void gpu_timeline_set_wait_callback(struct gpu_timeline *timeline,
+                                    const struct gpu_wait_callback *callback);
 
-/* To be called before anything of the passes so far is read or waited for: calls the waiter. */
+/* To be called before anything of the passes so far is read or waited for: calls the callback. */
 void gpu_timeline_will_wait(struct gpu_timeline *timeline);
 
 struct gpu_scope_desc {

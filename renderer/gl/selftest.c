@@ -289,8 +289,8 @@ static void work(struct selftest *test, bool is_compute, int repeats)
 }
 
 /* How much of the wall clock's time two timestamps around the work tell of. */
-static double told_share(struct selftest *test, bool is_compute, int repeats,
-                         const GLuint stamps[2], double *elapsed_ms)
+static double reported_share(struct selftest *test, bool is_compute, int repeats,
+                             const GLuint stamps[2], double *elapsed_ms)
 {
     GLuint64 begin = 0, end = 0;
     glFinish();
@@ -314,7 +314,7 @@ static bool timer_is_true(struct selftest *test, bool is_compute, const GLuint s
     int repeats = 1, attempts = 0;
     double elapsed_ms = 0;
     while (attempts < TIMER_ATTEMPTS) {
-        double share = told_share(test, is_compute, repeats, stamps, &elapsed_ms);
+        double share = reported_share(test, is_compute, repeats, stamps, &elapsed_ms);
         if (elapsed_ms < TIMER_WORK_MS && repeats < TIMER_REPEATS_MAX)
             repeats *= 2;
         else if (share >= least && share <= most)

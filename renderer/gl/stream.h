@@ -13,9 +13,9 @@ struct gl_stream { /* zeroed = empty */
 };
 
 struct gl_stream_desc {
-    const char *label;    /* required */
-    uint64_t kept_bytes;  /* required; from here on it is written from its start: one piece may be
-                             larger */
+    const char *label; /* required */
+    /* Required; from here on it is written from its start: one piece may be larger. */
+    uint64_t kept_bytes;
     uint64_t align_bytes; /* of pieces; 0 means 16 */
 };
 

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <strings.h>
 
-size_t image_component_bytes(enum image_component component)
+static size_t component_bytes(enum image_component component)
 {
     static const size_t bytes[] = {
         [IMAGE_U8] = 1, [IMAGE_U16] = 2, [IMAGE_U32] = 4, [IMAGE_F32] = 4};
@@ -16,7 +16,7 @@ size_t image_component_bytes(enum image_component component)
 size_t image_size_bytes(const struct image *image)
 {
     return (size_t)image->width_px * (size_t)image->height_px * (size_t)image->channels *
-           image_component_bytes(image->component);
+           component_bytes(image->component);
 }
 
 bool image_init(struct image *image, int width_px, int height_px, int channels,
@@ -28,7 +28,7 @@ bool image_init(struct image *image, int width_px, int height_px, int channels,
                          width_px, height_px, channels);
     size_t bytes;
     if (__builtin_mul_overflow((size_t)width_px, (size_t)height_px, &bytes) ||
-        __builtin_mul_overflow(bytes, (size_t)channels * image_component_bytes(component), &bytes))
+        __builtin_mul_overflow(bytes, (size_t)channels * component_bytes(component), &bytes))
         return error_set(err, ERROR_TOO_LARGE, "an image of %d x %d", width_px, height_px);
     void *pixels = calloc(1, bytes);
     if (!pixels)
@@ -39,6 +39,17 @@ bool image_init(struct image *image, int width_px, int height_px, int channels,
                             .component = component,
                             .pixels = pixels};
     return true;
+}
+
+void image_make_opaque_if_clear(struct image *image)
+{
+    size_t count = (size_t)image->width_px * (size_t)image->height_px;
+    uint8_t *pixels = image->pixels;
+    for (size_t i = 0; i < count; i++)
+        if (pixels[4 * i + 3])
+            return;
+    for (size_t i = 0; i < count; i++)
+        pixels[4 * i + 3] = 255;
 }
 
 void image_finish(struct image *image)

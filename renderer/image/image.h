@@ -23,17 +23,19 @@ struct image {
     int channels; /* [1, IMAGE_CHANNELS_MAX] */
     enum image_component component;
     void *pixels; /* owned; width * height * channels components, malloc'ed */
-    char channel_names[IMAGE_CHANNELS_MAX][IMAGE_CHANNEL_NAME_BYTES]; /* "" = by convention R,G,B,A
-                                                                         or Y */
+    /* "" = by convention R,G,B,A or Y. */
+    char channel_names[IMAGE_CHANNELS_MAX][IMAGE_CHANNEL_NAME_BYTES];
 };
 
-size_t image_component_bytes(enum image_component component);
 size_t image_size_bytes(const struct image *image);
 
 /* Allocates zeroed pixels. Refuses sizes that are not positive or overflow. */
 MUST_CHECK bool image_init(struct image *image, int width_px, int height_px, int channels,
                            enum image_component component, struct error *err);
 void image_finish(struct image *image); /* accepts zeroed */
+
+/* U8 RGBA whose alpha is 0 everywhere becomes opaque: many writers of old formats leave it so. */
+void image_make_opaque_if_clear(struct image *image);
 
 enum image_format {
     IMAGE_FORMAT_PNG,
@@ -67,6 +69,7 @@ struct image_decode_desc {
     uint64_t max_pixels; /* refuse larger images before decoding; 0 means 64 Mi pixels */
     bool keep_float;     /* EXR/HDR stay F32 with their channels; else all becomes U8 RGBA */
     bool keep_16_bits;   /* PNG of 16 bits stays U16 with its 1 to 4 channels */
+    bool takes_old;      /* BMP and TGA, too, which scenes of other formats than glTF have */
 };
 
 /* Decodes PNG, JPEG and WebP to U8 RGBA (PNG of 16 bits to U16 if keep_16_bits; EXR and HDR, too,

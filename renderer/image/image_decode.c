@@ -5,8 +5,10 @@
 #include <limits.h>
 #include <string.h>
 
+#include "renderer/image/bmp_codec.h"
 #include "renderer/image/image_header.h"
 #include "renderer/image/image_library.h"
+#include "renderer/image/tga_codec.h"
 #include "renderer/image/webp_codec.h"
 
 #define MAX_PIXELS_DEFAULT (64ull << 20)
@@ -55,6 +57,10 @@ static bool decode(const void *bytes, size_t size_bytes, const struct image_head
     enum image_kind kind = header->kind;
     if (kind == IMAGE_KIND_WEBP)
         return webp_decode(bytes, size_bytes, image, err);
+    if (kind == IMAGE_KIND_BMP)
+        return bmp_decode(bytes, size_bytes, image, err);
+    if (kind == IMAGE_KIND_TGA)
+        return tga_decode(bytes, size_bytes, image, err);
     bool is_float = kind == IMAGE_KIND_EXR || kind == IMAGE_KIND_HDR;
     bool is_deep = desc->keep_16_bits && kind == IMAGE_KIND_PNG && header->bits == 16;
     const struct oiio_functions *library = image_library(err);
@@ -82,7 +88,8 @@ bool image_decode(const void *bytes, size_t size_bytes, const struct image_decod
 {
     memset(image, 0, sizeof *image);
     struct image_header header;
-    if (!image_header_read(&header, bytes, size_bytes, err))
+    if (desc->takes_old ? !image_header_read_old(&header, bytes, size_bytes, err)
+                        : !image_header_read(&header, bytes, size_bytes, err))
         return false;
     if ((header.kind == IMAGE_KIND_EXR || header.kind == IMAGE_KIND_HDR) && !desc->keep_float)
         return error_set(err, ERROR_UNSUPPORTED,

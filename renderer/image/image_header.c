@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* Magic bytes and dimensions of PNG, JPEG, WebP, EXR and HDR. */
+/* Magic bytes and dimensions of PNG, JPEG, WebP, EXR, HDR and BMP; TGA has no magic bytes. */
 #include "renderer/image/image_header.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+#include "renderer/image/bmp_codec.h"
+#include "renderer/image/little_endian.h"
+#include "renderer/image/tga_codec.h"
 
 static uint32_t be16(const uint8_t *b)
 {
@@ -12,18 +16,6 @@ static uint32_t be16(const uint8_t *b)
 static uint32_t be32(const uint8_t *b)
 {
     return be16(b) << 16 | be16(b + 2);
-}
-static uint32_t le16(const uint8_t *b)
-{
-    return (uint32_t)b[1] << 8 | b[0];
-}
-static uint32_t le24(const uint8_t *b)
-{
-    return (uint32_t)b[2] << 16 | le16(b);
-}
-static uint32_t le32(const uint8_t *b)
-{
-    return le16(b + 2) << 16 | le16(b);
 }
 
 /* PNG specification 5.3 and 11.2.2: IHDR is the first chunk, and chunks follow whole until IEND.
@@ -163,8 +155,8 @@ struct signature {
     const char *name;
     const char *magic;
     size_t magic_bytes;
-    bool (*read)(struct image_header *header, const uint8_t *bytes, size_t size); /* NULL: known,
-                                                                                     but not read */
+    /* NULL: known, but not read. */
+    bool (*read)(struct image_header *header, const uint8_t *bytes, size_t size);
     enum image_kind kind;
 };
 
@@ -195,6 +187,15 @@ static const struct signature *find_signature(const uint8_t *bytes, size_t size)
     return NULL;
 }
 
+static bool read_as(struct image_header *header, const uint8_t *bytes, size_t size_bytes,
+                    const struct signature *signature, struct error *err)
+{
+    header->kind = signature->kind;
+    return (signature->read(header, bytes, size_bytes) && header->width_px > 0 &&
+            header->height_px > 0) ||
+           error_set(err, ERROR_INVALID_SCENE, "the %s file is broken or cut off", signature->name);
+}
+
 bool image_header_read(struct image_header *header, const void *bytes, size_t size_bytes,
                        struct error *err)
 {
@@ -207,10 +208,17 @@ bool image_header_read(struct image_header *header, const void *bytes, size_t si
     if (!signature->read)
         return error_set(err, ERROR_UNSUPPORTED, "%s images are not read, only PNG, JPEG and WebP",
                          signature->name);
-    header->kind = signature->kind;
-    if (!signature->read(header, bytes, size_bytes) || header->width_px == 0 ||
-        header->height_px == 0)
-        return error_set(err, ERROR_INVALID_SCENE, "the %s file is broken or cut off",
-                         signature->name);
-    return true;
+    return read_as(header, bytes, size_bytes, signature, err);
+}
+
+bool image_header_read_old(struct image_header *header, const void *bytes, size_t size_bytes,
+                           struct error *err)
+{
+    static const struct signature bmp = {"BMP", "BM", 2, bmp_header_read, IMAGE_KIND_BMP};
+    memset(header, 0, sizeof *header);
+    header->kind = IMAGE_KIND_TGA;
+    if (size_bytes >= bmp.magic_bytes && memcmp(bytes, bmp.magic, bmp.magic_bytes) == 0)
+        return read_as(header, bytes, size_bytes, &bmp, err);
+    return (!find_signature(bytes, size_bytes) && tga_header_read(header, bytes, size_bytes)) ||
+           image_header_read(header, bytes, size_bytes, err);
 }

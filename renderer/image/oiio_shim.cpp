@@ -19,7 +19,7 @@ namespace
 {
 
 // Library-wide settings, all of them constants. "threads" is not among them: setting it starts the
-// very pool it limits, which the decoder's sandbox forbids. Readers and writers are told one by
+// very pool it limits, which the decoder's sandbox forbids. Readers and writers are set one by
 // one.
 void configure()
 {

@@ -6,12 +6,12 @@
 #include "renderer/image/image.h"
 
 enum tone_mapping {
-    TONE_MAPPING_NEUTRAL, /* Khronos PBR Neutral (2024): keeps hue and saturation below 0.8,
-                             compresses above */
-    TONE_MAPPING_NONE,    /* clamp to [0,1] */
-    TONE_MAPPING_AGX,     /* Sobotka's AgX (2022), in Wrensch's form (2023): compresses 16.5 stops,
-                             bright colours turn white slowly */
-    TONE_MAPPING_ACES,    /* Hill's fit (2016) of the ACES transforms: filmic contrast, a toe */
+    /* Khronos PBR Neutral (2024): keeps hue and saturation below 0.8, compresses above. */
+    TONE_MAPPING_NEUTRAL,
+    TONE_MAPPING_NONE, /* clamp to [0,1] */
+    TONE_MAPPING_AGX,  /* Sobotka's AgX (2022), in Wrensch's form (2023): compresses 16.5 stops,
+                          bright colours turn white slowly */
+    TONE_MAPPING_ACES, /* Hill's fit (2016) of the ACES transforms: filmic contrast, a toe */
 };
 
 struct tone_map_desc {

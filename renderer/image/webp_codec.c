@@ -8,8 +8,8 @@
 #include <webp/encode.h>
 
 enum {
-    LOSSY_METHOD = 2, /* of 0 to 6: near the size of 4 in half its time, for frames that are looked
-                         at once */
+    /* Of 0 to 6: near the size of 4 in half its time, for frames that are looked at once. */
+    LOSSY_METHOD = 2,
     LOSSLESS_LEVEL = 1, /* of 0 to 9: higher ones take seconds for a few per cent */
 };
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* WebP through libwebp itself: OpenImageIO 2.4 divides by and multiplies with alpha on its way in
- * and out, whatever it is told, and always searches with method 6, seconds for a large frame.
+ * and out, whatever method is set, and always searches with method 6, seconds for a large frame.
  * Thread: any. */
 #ifndef VITRAIL_RENDERER_IMAGE_WEBP_CODEC_H
 #define VITRAIL_RENDERER_IMAGE_WEBP_CODEC_H

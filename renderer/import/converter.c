@@ -16,27 +16,29 @@ enum { GLB_HEADER_BYTES = 12, CHUNK_HEADER_BYTES = 8, CHUNK_ALIGNMENT = 4 };
 #define CHUNK_JSON 0x4E4F534Au
 #define CHUNK_BIN 0x004E4942u
 
-static const char module_name[] = "vitrail-assimp.so";
-
-/* The one state of its kind: a loaded library is a property of the process, and stays. */
-static struct {
+/* By the library that it stands for. The one state of its kind: a loaded library is a property of
+ * the process, and stays. */
+static struct module {
+    const char *converter;
     pthread_once_t once;
+    void (*load)(void);
     const struct converter_functions *functions;
     char problem[160];
-} module = {.once = PTHREAD_ONCE_INIT};
+} modules[2];
 
-static void load(void)
+static void load(struct module *module)
 {
-    char path[PATH_MAX + sizeof module_name];
+    char path[PATH_MAX + 64], name[64];
+    int name_length = snprintf(name, sizeof name, "vitrail-%s.so", module->converter);
     ssize_t length = readlink("/proc/self/exe", path, PATH_MAX);
     char *slash = length > 0 ? memrchr(path, '/', (size_t)length) : NULL;
     if (!slash) {
-        snprintf(module.problem, sizeof module.problem, "the program has no path");
+        snprintf(module->problem, sizeof module->problem, "the program has no path");
         return;
     }
-    memcpy(slash + 1, module_name, sizeof module_name);
+    memcpy(slash + 1, name, (size_t)name_length + 1);
     if (access(path, F_OK) != 0) {
-        snprintf(module.problem, sizeof module.problem, "%s is not installed", module_name);
+        snprintf(module->problem, sizeof module->problem, "%s is not installed", name);
         return;
     }
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
@@ -44,21 +46,39 @@ static void load(void)
     if (library)
         *(void **)&get = dlsym(library, "converter_get_functions");
     if (!get) {
-        snprintf(module.problem, sizeof module.problem, "%s", dlerror());
+        snprintf(module->problem, sizeof module->problem, "%s", dlerror());
         return;
     }
-    module.functions = get();
-    module.functions->warm_up();
+    module->functions = get();
+    module->functions->warm_up();
 }
+
+static void load_assimp(void)
+{
+    load(&modules[0]);
+}
+
+static void load_opencascade(void)
+{
+    load(&modules[1]);
+}
+
+static struct module modules[2] = {
+    {.converter = "assimp", .once = PTHREAD_ONCE_INIT, .load = load_assimp},
+    {.converter = "opencascade", .once = PTHREAD_ONCE_INIT, .load = load_opencascade},
+};
 
 static const struct converter_functions *find_module(enum scene_format format, struct error *err)
 {
     const struct scene_format_info *info = scene_format_describe(format);
-    pthread_once(&module.once, load);
-    if (!module.functions)
+    struct module *module = modules;
+    while (strcmp(module->converter, info->converter) != 0)
+        module++;
+    pthread_once(&module->once, module->load);
+    if (!module->functions)
         error_set(err, ERROR_UNSUPPORTED, "this server reads no %s, which it needs %s for: %s",
-                  info->title, info->converter, module.problem);
-    return module.functions;
+                  info->title, info->converter, module->problem);
+    return module->functions;
 }
 
 bool scene_import_prepare(enum scene_format format, struct error *err)
@@ -174,7 +194,8 @@ bool conversion_init(struct conversion *conversion, const struct scene_import_de
                                                         .root = root,
                                                         .format = desc->format,
                                                         .unit_m = desc->unit_m,
-                                                        .up = desc->up},
+                                                        .up = desc->up,
+                                                        .deflection = desc->deflection},
                               &conversion->output, err) &&
            write_glb(conversion, &glb_bytes, err) && list_files(conversion, desc, glb_bytes, err);
 }

@@ -16,8 +16,9 @@ struct converter_input {
     size_t file_count;
     const struct scene_file *root; /* which of them is the scene */
     enum scene_format format;
-    double unit_m; /* 0: the file's own word, else metres */
-    char up;       /* 0: the file's own word, else 'y' */
+    double unit_m;     /* 0: the file's own word, else metres */
+    char up;           /* 0: the file's own word, else 'y' */
+    double deflection; /* 0: in proportion to the parts */
 };
 
 /* What a module hands back: each malloc'ed, also where it failed. */

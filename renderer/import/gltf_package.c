@@ -11,9 +11,9 @@
 enum {
     GLB_HEADER_BYTES = 12,
     CHUNK_HEADER_BYTES = 8,
-    PATH_BYTES_MAX = 1024, /* two uploaded names (LIMIT_FILE_NAME_BYTES), one of them the root's
-                              folder */
-    URI_SHOWN_BYTES = 80,  /* of a URI in a message */
+    /* Two uploaded names (LIMIT_FILE_NAME_BYTES), one of them the root's folder. */
+    PATH_BYTES_MAX = 1024,
+    URI_SHOWN_BYTES = 80, /* of a URI in a message */
 };
 #define GLB_VERSION 2u
 #define CHUNK_JSON 0x4E4F534Au

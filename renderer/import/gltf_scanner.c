@@ -19,7 +19,8 @@ void scanner_skip_space(struct scanner *s)
         s->at++;
 }
 
-bool scanner_take(struct scanner *s, char c)
+/* Passes space, and the character if it comes next; says whether it did. */
+static bool take(struct scanner *s, char c)
 {
     scanner_skip_space(s);
     if (s->at == s->end || *s->at != c)
@@ -39,7 +40,7 @@ bool scanner_count(struct scanner *s)
 /* Passes a string; its inside, still escaped, is in *inside. */
 bool scanner_string(struct scanner *s, struct span *inside)
 {
-    if (!scanner_take(s, '"'))
+    if (!take(s, '"'))
         return scanner_refuse(s, "a string is expected");
     inside->begin = s->at;
     while (s->at < s->end && *s->at != '"') {
@@ -244,34 +245,34 @@ bool scanner_object(struct scanner *s,
                     bool (*scan_member)(struct scanner *s, struct span key, void *object),
                     void *object)
 {
-    if (!scanner_count(s) || !scanner_take(s, '{'))
+    if (!scanner_count(s) || !take(s, '{'))
         return scanner_refuse(s, "an object is expected");
-    if (scanner_take(s, '}'))
+    if (take(s, '}'))
         return true;
     do {
         struct span key;
         if (!scanner_string(s, &key))
             return false;
-        if (!scanner_take(s, ':'))
+        if (!take(s, ':'))
             return scanner_refuse(s, "':' is expected");
         if (!scan_member(s, key, object))
             return false;
-    } while (scanner_take(s, ','));
-    return scanner_take(s, '}') || scanner_refuse(s, "'}' or ',' is expected");
+    } while (take(s, ','));
+    return take(s, '}') || scanner_refuse(s, "'}' or ',' is expected");
 }
 
 bool scanner_array(struct scanner *s, bool (*scan_element)(struct scanner *s, void *list),
                    void *list)
 {
-    if (!scanner_count(s) || !scanner_take(s, '['))
+    if (!scanner_count(s) || !take(s, '['))
         return scanner_refuse(s, "an array is expected");
-    if (scanner_take(s, ']'))
+    if (take(s, ']'))
         return true;
     do {
         if (!scan_element(s, list))
             return false;
-    } while (scanner_take(s, ','));
-    return scanner_take(s, ']') || scanner_refuse(s, "']' or ',' is expected");
+    } while (take(s, ','));
+    return take(s, ']') || scanner_refuse(s, "']' or ',' is expected");
 }
 
 void *scanner_grow(struct scanner *s, void *items, size_t count, size_t size_bytes)

@@ -24,9 +24,6 @@ bool scanner_refuse(struct scanner *s, const char *reason);
 
 void scanner_skip_space(struct scanner *s);
 
-/* Passes space, and the character if it comes next; says whether it did. */
-MUST_CHECK bool scanner_take(struct scanner *s, char c);
-
 /* To be called for each value; ERROR_TOO_LARGE above the limit. */
 MUST_CHECK bool scanner_count(struct scanner *s);
 

@@ -432,22 +432,11 @@ gltf_primitive convert_primitive(holder &h, const tinygltf::Primitive &p)
     return out;
 }
 
-/* An extension that names no light is not the same as none. */
-int light_of(const tinygltf::Node &n)
+bool is_visible(const tinygltf::Node &n)
 {
-    const tinygltf::Value *punctual = extension(n.extensions, "KHR_lights_punctual");
-    int light = integer(punctual, "light", -1);
-    return punctual && light < 0 ? GLTF_BAD_LIGHT : light;
-}
-
-/* 1: shown, 0: hidden, -1: the extension says neither. */
-int visibility_of(const tinygltf::Node &n)
-{
-    const tinygltf::Value *visibility = extension(n.extensions, "KHR_node_visibility");
-    const tinygltf::Value *visible = member(visibility, "visible");
-    if (!visible)
-        return 1;
-    return visible->IsBool() ? visible->Get<bool>() : -1;
+    const tinygltf::Value *visible =
+        member(extension(n.extensions, "KHR_node_visibility"), "visible");
+    return !visible || !visible->IsBool() || visible->Get<bool>();
 }
 
 void convert_node(holder &h, const tinygltf::Node &n)
@@ -456,9 +445,9 @@ void convert_node(holder &h, const tinygltf::Node &n)
     out.name = n.name.c_str();
     out.mesh = n.mesh;
     out.camera = n.camera;
-    out.light = light_of(n);
+    out.light = integer(extension(n.extensions, "KHR_lights_punctual"), "light", -1);
     out.skin = n.skin;
-    out.visibility = visibility_of(n);
+    out.is_visible = is_visible(n);
     static const char *const instance_names[GLTF_INSTANCE_ATTRIBUTE_COUNT] = {"TRANSLATION",
                                                                               "ROTATION", "SCALE"};
     const tinygltf::Value *instancing = extension(n.extensions, "EXT_mesh_gpu_instancing");

@@ -44,13 +44,14 @@ struct gltf_buffer_view {
     struct gltf_meshopt meshopt;
 };
 
-enum gltf_component { /* the numbers of glTF, which are those of OpenGL */
-                      GLTF_BYTE = 5120,
-                      GLTF_UNSIGNED_BYTE = 5121,
-                      GLTF_SHORT = 5122,
-                      GLTF_UNSIGNED_SHORT = 5123,
-                      GLTF_UNSIGNED_INT = 5125,
-                      GLTF_FLOAT = 5126,
+/* The numbers of glTF, which are those of OpenGL. */
+enum gltf_component {
+    GLTF_BYTE = 5120,
+    GLTF_UNSIGNED_BYTE = 5121,
+    GLTF_SHORT = 5122,
+    GLTF_UNSIGNED_SHORT = 5123,
+    GLTF_UNSIGNED_INT = 5125,
+    GLTF_FLOAT = 5126,
 };
 
 struct gltf_accessor {
@@ -88,6 +89,17 @@ struct gltf_variant_mapping {
     struct gltf_indices variants; /* -1 for what is no index */
 };
 
+/* Of a primitive. */
+enum gltf_mode {
+    GLTF_POINTS,
+    GLTF_LINES,
+    GLTF_LINE_LOOP,
+    GLTF_LINE_STRIP,
+    GLTF_TRIANGLES,
+    GLTF_TRIANGLE_STRIP,
+    GLTF_TRIANGLE_FAN
+};
+
 struct gltf_primitive {
     int attributes[GLTF_ATTRIBUTE_COUNT]; /* accessors */
     int indices, material, mode;
@@ -108,20 +120,19 @@ struct gltf_mesh {
     struct gltf_numbers weights; /* of morph targets */
 };
 
-enum { GLTF_BAD_LIGHT = -2 }; /* of a node: KHR_lights_punctual without an index of a light */
-
-enum gltf_instance_attribute { /* of EXT_mesh_gpu_instancing */
-                               GLTF_INSTANCE_TRANSLATION,
-                               GLTF_INSTANCE_ROTATION,
-                               GLTF_INSTANCE_SCALE,
-                               GLTF_INSTANCE_ATTRIBUTE_COUNT
+/* Of EXT_mesh_gpu_instancing. */
+enum gltf_instance_attribute {
+    GLTF_INSTANCE_TRANSLATION,
+    GLTF_INSTANCE_ROTATION,
+    GLTF_INSTANCE_SCALE,
+    GLTF_INSTANCE_ATTRIBUTE_COUNT
 };
 
 struct gltf_node {
     const char *name;
     int mesh, camera, light, skin;
-    int visibility;    /* KHR_node_visibility: 1 shown, 0 hidden, -1 neither */
-    bool is_instanced; /* carries EXT_mesh_gpu_instancing */
+    bool is_visible;                                        /* KHR_node_visibility */
+    bool is_instanced;                                      /* carries EXT_mesh_gpu_instancing */
     int instance_attributes[GLTF_INSTANCE_ATTRIBUTE_COUNT]; /* accessors */
     struct gltf_indices children;
     struct gltf_numbers matrix, translation, rotation, scale;
@@ -140,27 +151,28 @@ struct gltf_texture_ref {
     double rotation_rad;
 };
 
-enum gltf_texture_slot { /* same order as enum scene_texture_slot */
-                         GLTF_TEXTURE_BASE_COLOR,
-                         GLTF_TEXTURE_METALLIC_ROUGHNESS,
-                         GLTF_TEXTURE_NORMAL,
-                         GLTF_TEXTURE_OCCLUSION,
-                         GLTF_TEXTURE_EMISSIVE,
-                         GLTF_TEXTURE_TRANSMISSION,
-                         GLTF_TEXTURE_THICKNESS,
-                         GLTF_TEXTURE_SPECULAR,
-                         GLTF_TEXTURE_SPECULAR_COLOR,
-                         GLTF_TEXTURE_CLEARCOAT,
-                         GLTF_TEXTURE_CLEARCOAT_ROUGHNESS,
-                         GLTF_TEXTURE_CLEARCOAT_NORMAL,
-                         GLTF_TEXTURE_SHEEN_COLOR,
-                         GLTF_TEXTURE_SHEEN_ROUGHNESS,
-                         GLTF_TEXTURE_IRIDESCENCE,
-                         GLTF_TEXTURE_IRIDESCENCE_THICKNESS,
-                         GLTF_TEXTURE_ANISOTROPY,
-                         GLTF_TEXTURE_DIFFUSE_TRANSMISSION,
-                         GLTF_TEXTURE_DIFFUSE_TRANSMISSION_COLOR,
-                         GLTF_TEXTURE_SLOT_COUNT
+/* Same order as enum scene_texture_slot. */
+enum gltf_texture_slot {
+    GLTF_TEXTURE_BASE_COLOR,
+    GLTF_TEXTURE_METALLIC_ROUGHNESS,
+    GLTF_TEXTURE_NORMAL,
+    GLTF_TEXTURE_OCCLUSION,
+    GLTF_TEXTURE_EMISSIVE,
+    GLTF_TEXTURE_TRANSMISSION,
+    GLTF_TEXTURE_THICKNESS,
+    GLTF_TEXTURE_SPECULAR,
+    GLTF_TEXTURE_SPECULAR_COLOR,
+    GLTF_TEXTURE_CLEARCOAT,
+    GLTF_TEXTURE_CLEARCOAT_ROUGHNESS,
+    GLTF_TEXTURE_CLEARCOAT_NORMAL,
+    GLTF_TEXTURE_SHEEN_COLOR,
+    GLTF_TEXTURE_SHEEN_ROUGHNESS,
+    GLTF_TEXTURE_IRIDESCENCE,
+    GLTF_TEXTURE_IRIDESCENCE_THICKNESS,
+    GLTF_TEXTURE_ANISOTROPY,
+    GLTF_TEXTURE_DIFFUSE_TRANSMISSION,
+    GLTF_TEXTURE_DIFFUSE_TRANSMISSION_COLOR,
+    GLTF_TEXTURE_SLOT_COUNT
 };
 
 struct gltf_material {

@@ -6,9 +6,10 @@
 
 #include "renderer/import/gltf_scanner.h"
 
-/* Passes the value of the top-level member `key`. ERROR_INVALID_SCENE names the element and its
- * member whose type is wrong, or which is negative where only 0 and more has a meaning. Members
- * that glTF does not know, extensions and extras may be anything. */
+/* Passes the value of the top-level member `key`. ERROR_INVALID_SCENE names the place, such as
+ * "materials[2].extensions.KHR_materials_ior.ior", of what has a wrong type, is not finite, is
+ * negative where only 0 and more has a meaning, or lacks a member that it needs. Members that
+ * neither glTF nor an extension that is read knows may be anything. */
 MUST_CHECK bool gltf_types_scan(struct scanner *s, struct span key);
 
 #endif

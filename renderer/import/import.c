@@ -36,6 +36,19 @@ bool importer_warn(struct importer *importer, struct error *err, const char *for
     return blob_writer_add_line(&importer->writer, SCENE_WARNINGS, text, err);
 }
 
+static void advance(const struct scene_import_desc *desc, enum scene_import_stage stage,
+                    double share)
+{
+    if (desc->advance)
+        desc->advance(desc->context, stage, share);
+}
+
+void importer_advance(const struct importer *importer, enum scene_import_stage stage, uint64_t done,
+                      uint64_t total)
+{
+    advance(importer->desc, stage, total ? (double)done / (double)total : 1);
+}
+
 bool import_number(double number, double low, double high, float *out, const char *what,
                    struct error *err)
 {
@@ -162,10 +175,6 @@ static bool list_warnings(struct importer *importer, struct error *err)
                       err) &&
            warn_count(importer, importer->skinned_instances, "node", "nodes",
                       "with a skin and instances; one of each is shown", err) &&
-           warn_count(importer, importer->dispersing_materials, "material", "materials",
-                      "with dispersion: light goes straight through glass here, so that it is not "
-                      "dispersed",
-                      err) &&
            warn_count(importer, importer->undirected_primitives, "primitive", "primitives",
                       "with an anisotropic material but neither tangents nor the texture "
                       "coordinates that it asks for: reflected alike in all directions",
@@ -205,6 +214,7 @@ static bool import_all(struct importer *importer, const struct scene_import_desc
     uint64_t max_bytes = desc->max_blob_bytes ? desc->max_blob_bytes : BLOB_BYTES_DEFAULT;
     importer->max_image_pixels =
         desc->max_image_pixels ? desc->max_image_pixels : IMAGE_PIXELS_DEFAULT;
+    importer->takes_old_images = desc->format != SCENE_FORMAT_GLTF;
     importer->decodable_bytes = max_bytes;
     if (!blob_writer_init(&importer->writer, max_bytes, err) || !open_document(importer, desc, err))
         return false;
@@ -251,6 +261,7 @@ static bool import_gltf(const struct scene_import_desc *desc, const char *warnin
                         size_t *size_bytes, struct error *err)
 {
     struct importer importer = {.desc = desc};
+    advance(desc, SCENE_IMPORT_FILE, 0);
     bool is_done = import_all(&importer, desc, warnings, err) &&
                    blob_writer_write(&importer.writer, &importer.header, desc->write != NULL, blob,
                                      size_bytes, err) &&
@@ -279,6 +290,7 @@ static bool import_converted(const struct scene_import_desc *desc, void **blob, 
 {
     struct conversion conversion = {0};
     struct scene_import_desc gltf = *desc;
+    advance(desc, SCENE_IMPORT_CONVERSION, 0);
     bool is_done = conversion_init(&conversion, desc, err);
     gltf.files = conversion.files;
     gltf.file_count = conversion.file_count;

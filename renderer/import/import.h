@@ -21,6 +21,15 @@ struct scene_file {
     size_t size_bytes;
 };
 
+/* In their order; IMAGES only where there are some, CONVERSION only of formats other than glTF. */
+enum scene_import_stage {
+    SCENE_IMPORT_CONVERSION, /* begins: its share is 0 to its end */
+    SCENE_IMPORT_FILE,       /* reading the JSON of glTF; begins, likewise */
+    SCENE_IMPORT_MESHES,
+    SCENE_IMPORT_NODES,
+    SCENE_IMPORT_IMAGES,
+};
+
 struct scene_import_desc {
     const struct scene_file *files; /* required; one, by name or GLB magic, is the .gltf or .glb, or
                                        by name that of the format */
@@ -30,25 +39,34 @@ struct scene_import_desc {
                                   0; 0: what the file says, else 1 */
     char up;                   /* likewise: its axis that points up, 'y' or 'z'; 0: what the file
                                   says, else that of the format */
+    double deflection;         /* of STEP and IGES: how far triangles may be off their surfaces, in
+                                  units of the file, above 0; 0: 0.001 of the diagonal of a part */
     uint64_t max_blob_bytes;   /* 0 means 8 GiB */
     uint64_t max_image_pixels; /* per image; 0 means 64 Mi */
     const char *scene;         /* which of the file is shown: its name, else "#1", its index; NULL:
                                   the one that the file names, else its first */
-    /* Optional: told of the scenes of the file, in their order. */
+    /* Optional: called for each scene of the file, in their order. */
     bool (*tell_scene)(void *context, const char *name, bool is_shown, struct error *err);
-    /* Optional: told how the files were read, before any other call. */
+    /* Optional: called before the others, with how the files were read. */
     bool (*tell_origin)(void *context, const struct scene_origin *origin, struct error *err);
     /* Optional: takes pixels at their offset in the blob, an image at a time, so that memory need
      * not hold them all. Only the blob's head comes back then (scene_open_head). Called on the
      * caller's thread. */
     bool (*write)(void *context, uint64_t offset_bytes, const void *bytes, size_t size_bytes,
                   struct error *err);
-    void *context; /* for tell_scene, tell_origin and write */
+    /* Optional: called often, with how far a stage is, in [0, 1]. */
+    void (*advance)(void *context, enum scene_import_stage stage, double share);
+    void *context; /* for tell_scene, tell_origin, write and advance */
 };
 
 /* Loads what reads files of a format, so that nothing is loaded later, where that is forbidden.
  * ERROR_UNSUPPORTED where it is not there. */
 MUST_CHECK bool scene_import_prepare(enum scene_format format, struct error *err);
+
+/* False where no text among desc's files can name an image, so that nothing need be loaded that
+ * decodes images. Only files and format of desc are used. Looks for words in at most 16 MiB, and
+ * parses nothing; where there is more it is true. */
+bool scene_import_may_have_images(const struct scene_import_desc *desc);
 
 /* Writes a new blob, or its head, to *blob (malloc'ed, caller frees). Errors: ERROR_INVALID_SCENE
  * naming file, element and reason; ERROR_UNSUPPORTED naming a required extension that is not known;

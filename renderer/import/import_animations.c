@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Animations of nodes, of the weights of morph targets and, by pointers, of members of materials
  * and lights: channels become keys of poses, deformed nodes and such. What no channel of ours can
- * say (other pointers, weights of nodes without morph targets) is counted and told. */
+ * say (other pointers, weights of nodes without morph targets) is counted, with a warning. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -228,6 +228,19 @@ static bool is_emission(const struct gltf_channel *channel)
            (int32_t)channel->member == animated_member_find(ANIMATED_MATERIAL, EMISSIVE_FACTOR);
 }
 
+/* Of values, tangents left out. A rotation without a direction would be drawn as none. */
+static bool check_rotations(enum gltf_interpolation interpolation, uint32_t count,
+                            const float *numbers, struct error *err)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        const float *q = numbers + 4 * (size_t)i;
+        if (!(interpolation == GLTF_CUBICSPLINE && i % 3 != 1) && q[0] == 0 && q[1] == 0 &&
+            q[2] == 0 && q[3] == 0)
+            return error_set(err, ERROR_INVALID_SCENE, "its rotation %u has no direction", i);
+    }
+    return true;
+}
+
 /* Times and values of a channel, from `first` of SCENE_KEYS on. */
 static bool write_keys(struct importer *importer, const struct gltf_animation_sampler *sampler,
                        const struct gltf_channel *from, const struct accessor *times,
@@ -246,6 +259,8 @@ static bool write_keys(struct importer *importer, const struct gltf_animation_sa
         return false;
     if (is_emission(from))
         multiply_emission(importer, from, values->count, own);
+    if (from->path == GLTF_ROTATION)
+        return check_rotations(sampler->interpolation, values->count, own, err);
     return from->path != GLTF_MEMBER ||
            check_range(from, sampler->interpolation, values->count, own, err);
 }

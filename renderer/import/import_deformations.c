@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/base/fnv.h"
 #include "renderer/import/importer.h"
 
 /* ---- influences ---- */
@@ -227,14 +228,6 @@ struct place { /* of a vertex at rest, and a digest of all that moves it */
     uint64_t motion;
 };
 
-static uint64_t digest(uint64_t motion, const void *bytes, size_t size)
-{
-    const unsigned char *p = bytes;
-    for (size_t i = 0; i < size; i++) /* FNV-1a */
-        motion = (motion ^ p[i]) * 0x100000001b3ull;
-    return motion;
-}
-
 static int compare_places(const void *left, const void *right)
 {
     const struct place *a = left, *b = right;
@@ -253,16 +246,16 @@ static void digest_motions(const struct importer *importer, const struct scene_d
     const struct scene_delta *deltas = sections[SCENE_DELTAS].records;
     for (uint32_t set = 0; set < d->influence_sets; set++)
         for (uint32_t v = 0; v < vertices; v++)
-            places[v].motion = digest(places[v].motion,
-                                      &influences[d->first_influence + (size_t)set * vertices + v],
-                                      sizeof *influences);
+            places[v].motion = fnv_add(places[v].motion,
+                                       &influences[d->first_influence + (size_t)set * vertices + v],
+                                       sizeof *influences);
     for (uint32_t t = 0; t < d->target_count; t++) {
         const struct scene_target *target = &targets[d->first_target + t];
         for (uint32_t i = 0; i < target->delta_count; i++) {
             const struct scene_delta *delta = &deltas[target->first_delta + i];
             uint64_t *motion = &places[delta->vertex].motion;
-            *motion = digest(*motion, &t, sizeof t);
-            *motion = digest(*motion, delta->position, sizeof delta->position);
+            *motion = fnv_add(*motion, &t, sizeof t);
+            *motion = fnv_add(*motion, delta->position, sizeof delta->position);
         }
     }
 }

@@ -6,8 +6,6 @@
 
 #include "renderer/import/draco_shim.h"
 
-enum { TRIANGLES = 4, TRIANGLE_STRIP = 5 }; /* primitive modes */
-
 static const struct gltf_accessor *accessor_of(const struct importer *importer, int index)
 {
     const struct gltf_document *document = importer->document;
@@ -17,14 +15,14 @@ static const struct gltf_accessor *accessor_of(const struct importer *importer, 
 
 static bool check_mode(const struct gltf_primitive *from, struct error *err)
 {
-    if (from->mode == TRIANGLES)
-        return true;
-    return error_set(err, from->mode == TRIANGLE_STRIP ? ERROR_UNSUPPORTED : ERROR_INVALID_SCENE,
-                     "its mode is %d; geometry compressed by Draco is read as triangles only",
+    return from->mode == GLTF_TRIANGLES || from->mode == GLTF_TRIANGLE_STRIP ||
+           error_set(err, ERROR_INVALID_SCENE,
+                     "its mode is %d; geometry compressed by Draco is triangles or strips of them",
                      from->mode);
 }
 
-/* Fills what the accessors say of the stream. */
+/* Fills what the accessors say of the stream. It holds single triangles also where the primitive is
+ * a strip, which its encoder has cut up: how long that was says nothing of their number. */
 static bool describe(struct importer *importer, const struct gltf_primitive *from,
                      struct draco_desc *desc, struct error *err)
 {
@@ -34,7 +32,9 @@ static bool describe(struct importer *importer, const struct gltf_primitive *fro
     if (!position || position->count < 1 || position->count > UINT32_MAX)
         return error_set(err, ERROR_INVALID_SCENE,
                          "KHR_draco_mesh_compression without an accessor of POSITION");
-    if (from->indices != -1 && (!indices || indices->count < 3 || indices->count % 3 != 0))
+    bool is_strip = from->mode == GLTF_TRIANGLE_STRIP;
+    if (from->indices != -1 &&
+        (!indices || indices->count < 3 || (!is_strip && indices->count % 3 != 0)))
         return error_set(err, ERROR_INVALID_SCENE,
                          "the accessor %d of its indices does not count triangles", from->indices);
     if (!accessor_view_bytes(&importer->source, from->draco_view, "KHR_draco_mesh_compression",
@@ -42,7 +42,7 @@ static bool describe(struct importer *importer, const struct gltf_primitive *fro
         return false;
     desc->size_bytes = size;
     desc->points = (uint32_t)position->count;
-    desc->triangles = indices ? indices->count / 3 : 0;
+    desc->triangles = indices && !is_strip ? indices->count / 3 : 0;
     desc->max_bytes = importer->decodable_bytes;
     return true;
 }

@@ -491,7 +491,8 @@ static bool choose_material(struct importer *importer, struct shape *shape, stru
     return true;
 }
 
-/* What KHR_materials_volume calls a closed mesh; told where the material would make use of it. */
+/* What KHR_materials_volume calls a closed mesh. Open meshes are warned of where the material would
+ * make use of it. */
 static bool find_closed(struct importer *importer, struct shape *shape, bool keeps_closed,
                         struct error *err)
 {
@@ -531,11 +532,17 @@ static void find_smooth(const struct importer *importer, struct scene_primitive 
         p->flags |= SCENE_PRIMITIVE_IS_SMOOTH;
 }
 
+/* Draco's streams hold single triangles, also of a strip. */
+static int drawn_mode(const struct shape *shape)
+{
+    return shape->draco.indices ? GLTF_TRIANGLES : shape->from->mode;
+}
+
 static bool append_shape(struct importer *importer, struct shape *shape, struct error *err)
 {
     if (!open_attributes(importer, shape, err) || !choose_material(importer, shape, err) ||
         !read_corners(importer, shape, err) ||
-        !topology_unroll(&importer->scratch->corners, shape->from->mode, &shape->out.topology, err))
+        !topology_unroll(&importer->scratch->corners, drawn_mode(shape), &shape->out.topology, err))
         return false;
     bool is_surface = shape->out.topology == SCENE_TRIANGLES;
     bool keeps_closed = true;
@@ -614,6 +621,7 @@ bool import_meshes(struct importer *importer, struct error *err)
         importer->mesh_of[i] = (int32_t)importer->writer.sections[SCENE_MESHES].count;
         if (!import_mesh(importer, i, err))
             return false;
+        importer_advance(importer, SCENE_IMPORT_MESHES, i + 1, importer->document->mesh_count);
     }
     uint64_t vertices = importer->writer.sections[SCENE_POSITIONS].count;
     for (size_t i = 0; i < sizeof optional / sizeof *optional; i++)

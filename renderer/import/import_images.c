@@ -10,15 +10,32 @@
 #include "renderer/scene/scene.h"
 #include "renderer/scene/texture_levels.h"
 
-enum { /* glTF 2.0 specification 5.26: the numbers of OpenGL */
-       NEAREST = 9728,
-       LINEAR = 9729,
-       NEAREST_MIPMAP_NEAREST = 9984,
-       LINEAR_MIPMAP_LINEAR = 9987,
-       CLAMP_TO_EDGE = 33071,
-       MIRRORED_REPEAT = 33648,
-       REPEAT = 10497,
+/* GlTF 2.0 specification 5.26: the numbers of OpenGL. */
+enum {
+    NEAREST = 9728,
+    LINEAR = 9729,
+    NEAREST_MIPMAP_NEAREST = 9984,
+    LINEAR_MIPMAP_LINEAR = 9987,
+    CLAMP_TO_EDGE = 33071,
+    MIRRORED_REPEAT = 33648,
+    REPEAT = 10497,
 };
+
+#define SCANNED_BYTES_MAX (16ull << 20)
+
+bool scene_import_may_have_images(const struct scene_import_desc *desc)
+{
+    static const char key[] = "\"images\""; /* as gltf_json_read takes it: without escapes */
+    uint64_t size_bytes = 0;
+    for (size_t i = 0; i < desc->file_count; i++)
+        size_bytes += desc->files[i].size_bytes;
+    if (desc->format != SCENE_FORMAT_GLTF || size_bytes > SCANNED_BYTES_MAX)
+        return true;
+    for (size_t i = 0; i < desc->file_count; i++)
+        if (memmem(desc->files[i].bytes, desc->files[i].size_bytes, key, sizeof key - 1))
+            return true;
+    return false;
+}
 
 static bool is_wrap(int wrap)
 {
@@ -82,7 +99,9 @@ static bool append_image(struct importer *importer, size_t index, const char *na
     struct image_header header;
     struct scene_image image = {.name = 0};
     bool is_good = open_image(importer, index, &bytes, err) &&
-                   image_header_read(&header, bytes.bytes, bytes.size_bytes, err);
+                   (importer->takes_old_images
+                        ? image_header_read_old(&header, bytes.bytes, bytes.size_bytes, err)
+                        : image_header_read(&header, bytes.bytes, bytes.size_bytes, err));
     free(bytes.owned);
     if (!is_good)
         return false;
@@ -204,7 +223,7 @@ bool import_textures(struct importer *importer, struct error *err)
     for (size_t i = 0; is_done && i < count; i++)
         listed[i] = -1;
     for (size_t i = 0; is_done && i < importer->document->texture_count; i++)
-        is_done = import_texture(importer, i, listed, err);
+        is_done = import_texture(importer, i, listed, err) || error_wrap(err, "texture %zu", i);
     free(listed);
     return is_done && reserve_levels(importer, err);
 }
@@ -266,7 +285,8 @@ static bool decode(struct importer *importer, size_t index, const struct pixel_w
 {
     struct gltf_bytes bytes;
     struct image image = {.width_px = 0};
-    struct image_decode_desc desc = {.max_pixels = importer->max_image_pixels};
+    struct image_decode_desc desc = {.max_pixels = importer->max_image_pixels,
+                                     .takes_old = importer->takes_old_images};
     bool is_done =
         open_image(importer, index, &bytes, err) &&
         image_decode(bytes.bytes, bytes.size_bytes, &desc, &image, err) &&
@@ -298,6 +318,7 @@ bool import_pixels(struct importer *importer, const struct scene_import_desc *de
         const char *strings = (const char *)blob + header->sections[SCENE_STRINGS].offset;
         is_done = decode(importer, index, &writer, &images[i], err) ||
                   error_wrap(err, "image %u '%s'", index, strings + images[i].name);
+        importer_advance(importer, SCENE_IMPORT_IMAGES, i + 1, range->count);
     }
     texture_tables_destroy(tables);
     return is_done;

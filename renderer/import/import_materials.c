@@ -26,6 +26,28 @@ static const struct scene_material default_material = {
     .edge_exponent = 1,
 };
 
+static const char *const slot_names[SCENE_TEXTURE_SLOT_COUNT] = {
+    [GLTF_TEXTURE_BASE_COLOR] = "baseColorTexture",
+    [GLTF_TEXTURE_METALLIC_ROUGHNESS] = "metallicRoughnessTexture",
+    [GLTF_TEXTURE_NORMAL] = "normalTexture",
+    [GLTF_TEXTURE_OCCLUSION] = "occlusionTexture",
+    [GLTF_TEXTURE_EMISSIVE] = "emissiveTexture",
+    [GLTF_TEXTURE_TRANSMISSION] = "transmissionTexture",
+    [GLTF_TEXTURE_THICKNESS] = "thicknessTexture",
+    [GLTF_TEXTURE_SPECULAR] = "specularTexture",
+    [GLTF_TEXTURE_SPECULAR_COLOR] = "specularColorTexture",
+    [GLTF_TEXTURE_CLEARCOAT] = "clearcoatTexture",
+    [GLTF_TEXTURE_CLEARCOAT_ROUGHNESS] = "clearcoatRoughnessTexture",
+    [GLTF_TEXTURE_CLEARCOAT_NORMAL] = "clearcoatNormalTexture",
+    [GLTF_TEXTURE_SHEEN_COLOR] = "sheenColorTexture",
+    [GLTF_TEXTURE_SHEEN_ROUGHNESS] = "sheenRoughnessTexture",
+    [GLTF_TEXTURE_IRIDESCENCE] = "iridescenceTexture",
+    [GLTF_TEXTURE_IRIDESCENCE_THICKNESS] = "iridescenceThicknessTexture",
+    [GLTF_TEXTURE_ANISOTROPY] = "anisotropyTexture",
+    [GLTF_TEXTURE_DIFFUSE_TRANSMISSION] = "diffuseTransmissionTexture",
+    [GLTF_TEXTURE_DIFFUSE_TRANSMISSION_COLOR] = "diffuseTransmissionColorTexture",
+};
+
 static void reset_refs(struct scene_material *m)
 {
     for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
@@ -137,12 +159,10 @@ static bool import_emissive(const struct gltf_material *from, struct scene_mater
     return true;
 }
 
-/* dispersion is checked, and told (import.c): without refraction it changes nothing. */
 static bool import_glass(const struct gltf_material *from, struct scene_material *to,
                          struct error *err)
 {
-    float dispersion;
-    if (!import_number(from->dispersion, 0, FACTOR_MAX, &dispersion, "dispersion", err) ||
+    if (!import_number(from->dispersion, 0, FACTOR_MAX, &to->dispersion, "dispersion", err) ||
         !import_number(from->transmission, 0, 1, &to->transmission, "transmissionFactor", err) ||
         !import_number(from->thickness, 0, FACTOR_MAX, &to->thickness, "thicknessFactor", err) ||
         !import_numbers(from->attenuation_color, 3, 0, 1, to->attenuation_color, "attenuationColor",
@@ -156,8 +176,8 @@ static bool import_glass(const struct gltf_material *from, struct scene_material
     if (from->attenuation_distance <= 0)
         return error_set(err, ERROR_INVALID_SCENE, "attenuationDistance is %g, not positive",
                          from->attenuation_distance);
-    float distance = (float)fmin(from->attenuation_distance, FACTOR_MAX); /* some write FLT_MAX for
-                                                                             infinite */
+    /* Some write FLT_MAX for infinite. */
+    float distance = (float)fmin(from->attenuation_distance, FACTOR_MAX);
     to->attenuation_distance = distance < 1e-30f                          ? 1e-30f
                                : from->attenuation_distance >= FACTOR_MAX ? 0
                                                                           : distance;
@@ -231,7 +251,7 @@ static bool import_material(struct importer *importer, const struct gltf_materia
                 (from->is_unlit ? SCENE_MATERIAL_UNLIT : 0u);
     for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
         if (!import_ref(importer, &from->textures[slot], &to->textures[slot], err))
-            return false;
+            return error_wrap(err, "%s", slot_names[slot]);
     return import_core(from, to, err) && import_emissive(from, to, err) &&
            import_glass(from, to, err) && import_lobes(from, to, err) &&
            import_iridescence(from, to, err) && import_anisotropy(from, to, err) &&
@@ -269,8 +289,6 @@ bool import_materials(struct importer *importer, struct error *err)
         if (!append_material(importer, &material, name, err))
             return false;
     }
-    for (size_t i = 0; i < document->material_count; i++)
-        importer->dispersing_materials += document->materials[i].dispersion > 0;
     material = default_material;
     reset_refs(&material);
     return append_material(importer, &material, "", err);

@@ -54,8 +54,8 @@ static bool check_cycles(const struct gltf_document *document, const int32_t *pa
     if (seen == document->node_count)
         return true;
     size_t at = 0;
-    for (size_t i = 0; i < document->node_count; i++) /* walking up long enough ends in the cycle
-                                                         itself */
+    /* Walking up long enough ends in the cycle itself. */
+    for (size_t i = 0; i < document->node_count; i++)
         if (parents[i] >= 0)
             at = i;
     for (size_t i = 0; i < document->node_count && parents[at] >= 0; i++)
@@ -279,15 +279,8 @@ static bool fill_node(struct importer *importer, uint32_t source,
     const struct gltf_document *document = importer->document;
     const struct gltf_node *node = &document->nodes[source];
     const struct scene_node *nodes = importer->writer.sections[SCENE_NODES].records;
-    if (node->visibility < 0)
-        return error_set(err, ERROR_INVALID_SCENE,
-                         "the visible of its KHR_node_visibility must be true or false");
     if (node->camera < -1 || node->camera >= (int64_t)document->camera_count)
         return error_set(err, ERROR_INVALID_SCENE, "there is no camera %d", node->camera);
-    if (node->light == GLTF_BAD_LIGHT)
-        return error_set(
-            err, ERROR_INVALID_SCENE,
-            "the light of its KHR_lights_punctual must be a whole number, not negative");
     if (node->light >= (int64_t)document->light_count)
         return error_set(err, ERROR_INVALID_SCENE, "there is no light %d", node->light);
     if (!local_matrix(node, out->local_matrix, err))
@@ -311,7 +304,7 @@ static bool fill_node(struct importer *importer, uint32_t source,
 static bool hide_node(struct importer *importer, const struct gltf_node *node, uint32_t index,
                       struct error *err)
 {
-    if (node->visibility)
+    if (node->is_visible)
         return true;
     uint32_t *hidden = blob_writer_append(&importer->writer, SCENE_HIDDEN_NODES, 1, err);
     if (hidden)
@@ -339,6 +332,7 @@ static bool append_nodes(struct importer *importer, int32_t *parent_of,
         struct gltf_indices children = document->nodes[source].children;
         for (size_t c = 0; c < children.count; c++)
             parent_of[children.values[c]] = (int32_t)i;
+        importer_advance(importer, SCENE_IMPORT_NODES, i + 1, importer->node_count);
     }
     return true;
 }

@@ -21,6 +21,7 @@ struct importer {
     struct blob_writer writer;
     struct scene_header header;
     uint64_t max_image_pixels;
+    bool takes_old_images; /* BMP and TGA: not in glTF */
 
     int32_t *mesh_of;       /* owned: blob mesh of each glTF mesh, -1 when no shown node uses it */
     bool *is_mesh_skinned;  /* owned: by a shown node, per glTF mesh */
@@ -30,12 +31,12 @@ struct importer {
     uint32_t node_count;
     struct geometry_scratch *scratch; /* owned by import_geometry.c */
 
-    /* Counted while importing, told once at the end. */
+    /* Counted while importing; the warnings at the end state them. */
     uint64_t degenerate_triangles, repaired_normals, clamped_colors;
     uint64_t unbound_vertices, unjointed_primitives, left_out_influences;
     uint64_t missing_texcoords, far_texcoords, open_volumes;
     uint64_t skinned_instances;
-    uint64_t dispersing_materials, undirected_primitives;
+    uint64_t undirected_primitives;
     uint64_t unmoved_channels; /* of animations, that move neither a node nor a morph target */
 };
 
@@ -94,6 +95,10 @@ MUST_CHECK bool import_pose(const struct gltf_node *node, struct scene_pose *pos
  * whole. */
 MUST_CHECK bool import_pixels(struct importer *importer, const struct scene_import_desc *desc,
                               void *blob, struct error *err);
+
+/* Tells that a stage is so far. */
+void importer_advance(const struct importer *importer, enum scene_import_stage stage, uint64_t done,
+                      uint64_t total);
 
 void importer_free_scratch(struct geometry_scratch *scratch);
 

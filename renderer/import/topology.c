@@ -5,9 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/import/gltf_shim.h"
 #include "renderer/scene/scene_blob.h"
-
-enum mode { POINTS, LINES, LINE_LOOP, LINE_STRIP, TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN };
 
 void index_list_finish(struct index_list *list)
 {
@@ -62,8 +61,8 @@ static void unroll_triangles(uint32_t *v, uint32_t count, bool is_fan)
     for (uint32_t i = count - 2; i-- > 0;) {
         uint32_t a = v[i], b = v[i + 1], c = v[i + 2];
         uint32_t *out = v + 3ull * i;
-        out[0] = is_fan ? b : a; /* p_i = {v_i, v_(i + 1 + i % 2), v_(i + 2 - i % 2)}, {v_(i+1),
-                                    v_(i+2), v_0} */
+        /* p_i = {v_i, v_(i + 1 + i % 2), v_(i + 2 - i % 2)}, {v_(i+1), v_(i+2), v_0}. */
+        out[0] = is_fan ? b : a;
         out[1] = is_fan ? c : i % 2 ? c : b;
         out[2] = is_fan ? hub : i % 2 ? b : c;
     }
@@ -71,20 +70,22 @@ static void unroll_triangles(uint32_t *v, uint32_t count, bool is_fan)
 
 bool topology_unroll(struct index_list *corners, int mode, uint32_t *topology, struct error *err)
 {
-    if (mode < POINTS || mode > TRIANGLE_FAN)
+    if (mode < GLTF_POINTS || mode > GLTF_TRIANGLE_FAN)
         return error_set(err, ERROR_INVALID_SCENE, "mode is %d, not in [0, 6]", mode);
-    *topology = mode == POINTS ? SCENE_POINTS : mode <= LINE_STRIP ? SCENE_LINES : SCENE_TRIANGLES;
+    *topology = mode == GLTF_POINTS       ? SCENE_POINTS
+                : mode <= GLTF_LINE_STRIP ? SCENE_LINES
+                                          : SCENE_TRIANGLES;
     uint64_t count = corners->count, size = *topology + 1u, rolled = count;
-    if (mode == LINES || mode == TRIANGLES)
+    if (mode == GLTF_LINES || mode == GLTF_TRIANGLES)
         rolled = count / size * size;
-    else if (mode != POINTS)
-        rolled = count < size ? 0 : (count - size + 1 + (mode == LINE_LOOP)) * size;
+    else if (mode != GLTF_POINTS)
+        rolled = count < size ? 0 : (count - size + 1 + (mode == GLTF_LINE_LOOP)) * size;
     if (!index_list_reserve(corners, rolled, err))
         return false;
-    if (rolled > 0 && (mode == LINE_LOOP || mode == LINE_STRIP))
-        unroll_lines(corners->values, (uint32_t)count, mode == LINE_LOOP);
-    else if (rolled > 0 && (mode == TRIANGLE_STRIP || mode == TRIANGLE_FAN))
-        unroll_triangles(corners->values, (uint32_t)count, mode == TRIANGLE_FAN);
+    if (rolled > 0 && (mode == GLTF_LINE_LOOP || mode == GLTF_LINE_STRIP))
+        unroll_lines(corners->values, (uint32_t)count, mode == GLTF_LINE_LOOP);
+    else if (rolled > 0 && (mode == GLTF_TRIANGLE_STRIP || mode == GLTF_TRIANGLE_FAN))
+        unroll_triangles(corners->values, (uint32_t)count, mode == GLTF_TRIANGLE_FAN);
     corners->count = (uint32_t)rolled;
     return true;
 }

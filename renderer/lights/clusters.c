@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double SLICE_SLACK = 1e-4;     /* of the depth: 20 times the error of a poor log2 */
-static const double DEPTH_RATIO_MAX = 4096; /* finer slices next to the eye would be wasted on few
-                                               pixels */
+static const double SLICE_SLACK = 1e-4; /* of the depth: 20 times the error of a poor log2 */
+/* Finer slices next to the eye would be wasted on few pixels. */
+static const double DEPTH_RATIO_MAX = 4096;
 static const double DEPTH_RATIO_MIN = 1.05; /* keeps the f32 slice mapping well conditioned */
 
 static void set_slices(struct clusters *clusters, double begin, double end)
@@ -203,8 +203,8 @@ static bool scatter(struct clusters *clusters, struct error *err)
         for (uint32_t k = 0; k < clusters->runs[i].count; k++)
             clusters->heads[2 * (clusters->runs[i].cluster + k)]++;
     uint32_t offset = (uint32_t)clusters->prefix_count;
-    for (size_t c = 0; c < cluster_count; c++) { /* counts become offsets; the second word counts
-                                                    again */
+    /* Counts become offsets; the second word counts again. */
+    for (size_t c = 0; c < cluster_count; c++) {
         uint32_t count = clusters->heads[2 * c];
         clusters->heads[2 * c] = offset;
         offset += count;

@@ -10,8 +10,8 @@
 enum {
     CLUSTER_TILE_PX = 32, /* measured: smaller tiles cost more to build than they save */
     CLUSTER_SLICES = 24,
-    CLUSTER_ENTRIES_MAX = 32 << 20, /* 128 MiB: the storage block and buffer texture every GL 4.5
-                                       device reads */
+    /* 128 MiB: the storage block and buffer texture every GL 4.5 device reads. */
+    CLUSTER_ENTRIES_MAX = 32 << 20,
 };
 
 struct cluster_run { /* one light in neighbouring slices of one tile */
@@ -22,9 +22,9 @@ struct cluster_run { /* one light in neighbouring slices of one tile */
 struct clusters {
     /* outputs: what light_list.glsl reads */
     int columns, rows, slices, tile_px;
-    float slice_scale, slice_offset; /* slice = floor(f(view_z) * scale + offset), f = log2, or
-                                        identity when linear */
-    bool is_linear;                  /* orthographic */
+    /* slice = floor(f(view_z) * scale + offset), f = log2, or identity when linear. */
+    float slice_scale, slice_offset;
+    bool is_linear;  /* orthographic */
     uint32_t *heads; /* {offset, count} of items; cluster (row * columns + column) * slices + k */
     uint32_t *items; /* the global prefix, then the clusters' lists */
     size_t prefix_count, item_count;

@@ -20,8 +20,8 @@ struct light_bound {
 
 /* Zeroed = empty. Arrays are kept between uses. */
 struct light_bounds {
-    struct light_bound *items; /* bounded lights that a camera of this kind can see, ascending light
-                                  index */
+    /* Bounded lights that a camera of this kind can see, ascending light index. */
+    struct light_bound *items;
     size_t count, capacity;
     uint32_t *global; /* directional and unbounded lights, ascending */
     size_t global_count;

@@ -13,13 +13,12 @@
 enum {
     LINKED_TILE_PX = 4, /* "each list covers 16 pixels" */
     LINKED_ELEMENT_BYTES = 16,
-    LINKED_ELEMENTS_MAX = 8 << 20,   /* 128 MiB, the storage block of every device */
-    LINKED_ELEMENTS_FIRST = 1 << 20, /* pool of the first build, unless the lights cannot need as
-                                        many */
-    LINKED_LIGHTS_MAX = 16384, /* an insertion walks its list; llvmpipe ends loops after 65,535
-                                * steps
-                                */
-    LINKED_HEADER_WORDS = 4,   /* counter, failures, unused, before the heads */
+    LINKED_ELEMENTS_MAX = 8 << 20, /* 128 MiB, the storage block of every device */
+    /* Pool of the first build, unless the lights cannot need as many. */
+    LINKED_ELEMENTS_FIRST = 1 << 20,
+    /* An insertion walks its list; llvmpipe ends loops after 65,535 steps. */
+    LINKED_LIGHTS_MAX = 16384,
+    LINKED_HEADER_WORDS = 4, /* counter, failures, unused, before the heads */
 };
 
 struct linked_draw; /* one light, its record and its tiles */

@@ -27,15 +27,18 @@ bool tile_grid_init(struct tile_grid *grid, const struct camera *camera,
     grid->columns = (window->width + tile_px - 1) / tile_px;
     grid->rows = (window->height + tile_px - 1) / tile_px;
     grid->tile_px = tile_px;
-    grid->is_orthographic = camera->is_orthographic;
-    grid->x_first = window->x * x_px - camera->half_width;
-    grid->y_first = bottom * y_px - camera->half_height;
+    double x_reach = window->reach_px * x_px, y_reach = window->reach_px * y_px;
+    bool is_flat = grid->is_orthographic = camera->is_orthographic;
+    grid->x_first = (window->x - window->shift_px[0]) * x_px - camera->half_width;
+    grid->y_first = (bottom - window->shift_px[1]) * y_px - camera->half_height;
     grid->x_step = tile_px * x_px;
     grid->y_step = tile_px * y_px;
-    grid->spread = 0.5 * hypot(grid->x_step, grid->y_step);
-    grid->x = make_planes(grid->x_first, grid->x_step, grid->columns, grid->is_orthographic);
-    grid->y = make_planes(grid->y_first, grid->y_step, grid->rows, grid->is_orthographic);
-    if (grid->x && grid->y)
+    grid->spread = 0.5 * hypot(grid->x_step + 2 * x_reach, grid->y_step + 2 * y_reach);
+    grid->x_low = make_planes(grid->x_first - x_reach, grid->x_step, grid->columns, is_flat);
+    grid->x_high = make_planes(grid->x_first + x_reach, grid->x_step, grid->columns, is_flat);
+    grid->y_low = make_planes(grid->y_first - y_reach, grid->y_step, grid->rows, is_flat);
+    grid->y_high = make_planes(grid->y_first + y_reach, grid->y_step, grid->rows, is_flat);
+    if (grid->x_low && grid->x_high && grid->y_low && grid->y_high)
         return true;
     tile_grid_finish(grid);
     return error_set(err, ERROR_NO_MEMORY, "tiles of %dx%d px", window->width, window->height);
@@ -43,8 +46,10 @@ bool tile_grid_init(struct tile_grid *grid, const struct camera *camera,
 
 void tile_grid_finish(struct tile_grid *grid)
 {
-    free(grid->x);
-    free(grid->y);
+    free(grid->x_low);
+    free(grid->x_high);
+    free(grid->y_low);
+    free(grid->y_high);
     *grid = (struct tile_grid){0};
 }
 
@@ -60,21 +65,21 @@ static bool reaches(const struct light_bound *bound, const struct tile_plane *pl
 /* As the border turns about the eye, "reaches beyond" reads true, false, true at most (the last
  * part touches the border's plane behind the eye), so halving finds its only change from true to
  * false, or errs to the far end. */
-static bool cover_axis(const struct light_bound *bound, const struct tile_plane *planes, int axis,
-                       int tiles, int *first, int *last)
+static bool cover_axis(const struct light_bound *bound, const struct tile_plane *low,
+                       const struct tile_plane *high, int axis, int tiles, int *first, int *last)
 {
-    if (!reaches(bound, &planes[0], axis, 1) || !reaches(bound, &planes[tiles], axis, -1))
+    if (!reaches(bound, &low[0], axis, 1) || !reaches(bound, &high[tiles], axis, -1))
         return false;
     int in = 0, out = tiles;
     while (out - in > 1) {
         int middle = (in + out) / 2;
-        *(reaches(bound, &planes[middle], axis, 1) ? &in : &out) = middle;
+        *(reaches(bound, &low[middle], axis, 1) ? &in : &out) = middle;
     }
     *last = in;
     in = tiles, out = 0;
     while (in - out > 1) {
         int middle = (in + out) / 2;
-        *(reaches(bound, &planes[middle], axis, -1) ? &in : &out) = middle;
+        *(reaches(bound, &high[middle], axis, -1) ? &in : &out) = middle;
     }
     *first = in - 1;
     return *first <= *last;
@@ -83,8 +88,8 @@ static bool cover_axis(const struct light_bound *bound, const struct tile_plane 
 bool tile_grid_cover(const struct tile_grid *grid, const struct light_bound *bound,
                      struct tile_rect *rect)
 {
-    return cover_axis(bound, grid->x, 0, grid->columns, &rect->x0, &rect->x1) &&
-           cover_axis(bound, grid->y, 1, grid->rows, &rect->y0, &rect->y1);
+    return cover_axis(bound, grid->x_low, grid->x_high, 0, grid->columns, &rect->x0, &rect->x1) &&
+           cover_axis(bound, grid->y_low, grid->y_high, 1, grid->rows, &rect->y0, &rect->y1);
 }
 
 static double distance_to(const struct tile_plane *plane, int axis, const double point[3])
@@ -107,12 +112,13 @@ static bool clip_to(struct view_ball *ball, const struct tile_plane *plane, int 
 
 bool tile_grid_clip(const struct tile_grid *grid, int axis, int tile, struct view_ball *ball)
 {
-    const struct tile_plane *planes = axis ? grid->y : grid->x;
-    double low = distance_to(&planes[tile], axis, ball->center);
+    const struct tile_plane *below = &(axis ? grid->y_low : grid->x_low)[tile];
+    const struct tile_plane *above = &(axis ? grid->y_high : grid->x_high)[tile + 1];
+    double low = distance_to(below, axis, ball->center);
     if (low < 0)
-        return clip_to(ball, &planes[tile], axis, low);
-    double high = distance_to(&planes[tile + 1], axis, ball->center);
-    return high <= 0 || clip_to(ball, &planes[tile + 1], axis, high);
+        return clip_to(ball, below, axis, low);
+    double high = distance_to(above, axis, ball->center);
+    return high <= 0 || clip_to(ball, above, axis, high);
 }
 
 struct view_ray tile_grid_ray(const struct tile_grid *grid, int column, int row)

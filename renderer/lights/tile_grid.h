@@ -15,10 +15,12 @@ struct tile_plane {
 struct tile_grid {
     int columns, rows, tile_px; /* the last column and row may reach past the window */
     bool is_orthographic;
-    double x_first, y_first;  /* lower left corner: tangents, or metres when orthographic */
-    double x_step, y_step;    /* per tile */
-    double spread;            /* half the diagonal of a tile */
-    struct tile_plane *x, *y; /* columns + 1, rows + 1 borders */
+    double x_first, y_first; /* lower left corner: tangents, or metres when orthographic */
+    double x_step, y_step;   /* per tile */
+    double spread;           /* half the diagonal of a tile */
+    /* Borders, columns + 1 and rows + 1: as tiles above them have them, and as those below them.
+     * They differ where the window's reach is not 0. */
+    struct tile_plane *x_low, *x_high, *y_low, *y_high;
 };
 
 struct tile_rect {

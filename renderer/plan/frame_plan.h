@@ -22,14 +22,12 @@ struct frame_plan {
 };
 
 struct frame_plan_desc {
-    const struct view *view;               /* required; outputs not 0 */
-    const struct scene_state *state;       /* required */
-    const struct camera *camera;           /* required */
-    const struct gl_limits *limits;        /* required */
-    const struct auto_settings *automatic; /* what `auto` goes by, the same for all plans of a
-                                              cache; NULL = zeroed */
-    uint64_t shadow_budget_bytes;          /* of all shadow structures */
-    uint64_t view_key;                     /* of learning_case.view; 0: nothing is known of it */
+    const struct view *view;         /* required; outputs not 0 */
+    const struct scene_state *state; /* required */
+    const struct camera *camera;     /* required */
+    const struct gl_limits *limits;  /* required */
+    struct light_reach *reach; /* found already, and taken over; NULL or empty: it is found here */
+    uint64_t shadow_budget_bytes; /* of all shadow structures */
     bool sees_all; /* every drawable and light counts as seen, as some other camera may see them:
                       for what may be asked of a scene, not for frames */
 };

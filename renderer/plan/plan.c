@@ -8,18 +8,27 @@
 #include <string.h>
 
 #include "protocol/quality_defaults.h"
+#include "renderer/base/sample_pattern.h"
 #include "renderer/plan/traced.h"
 #include "renderer/raytrace/rt_emitter.h"
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadows.h"
 #include "renderer/shadows/technique.h"
 #include "renderer/transparency/method.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/records.h"
+
+static bool can_multisample(const struct gl_limits *limits)
+{
+    return limits->max_samples >= SAMPLES_PER_ROUND &&
+           limits->max_integer_samples >= SAMPLES_PER_ROUND;
+}
 
 int plan_samples(const struct view *view, const struct gl_limits *limits)
 {
-    int samples = quality_or(view->quality.samples, SAMPLES_DEFAULT);
-    bool can = limits->max_samples >= 4 && limits->max_integer_samples >= 4;
-    return view->outputs & 1u << VIEW_OUTPUT_COLOR && can ? samples : 1;
+    int least = can_multisample(limits) ? SAMPLES_DEFAULT : 1;
+    return view->outputs & 1u << VIEW_OUTPUT_COLOR ? quality_or(view->quality.samples, least) : 1;
 }
 
 __attribute__((format(printf, 4, 5))) static void set_need(struct plan *plan, enum plan_need need,
@@ -45,6 +54,11 @@ bool plan_has_step(const struct plan *plan, enum plan_step step)
         if (plan->passes[i].step == step)
             return true;
     return false;
+}
+
+bool plan_begins_step(const struct plan *plan, int pass)
+{
+    return pass == 0 || plan->passes[pass].step != plan->passes[pass - 1].step;
 }
 
 size_t plan_shadowed_lights(const struct plan *plan)
@@ -84,24 +98,11 @@ static void require_overlay(struct plan *plan, const struct view *view)
                                     : "a highlight was asked for");
 }
 
-static bool require_outputs(struct frame_plan *made, const struct frame_plan_desc *desc,
-                            struct error *err)
+static void require_outputs(struct plan *plan, const struct frame_plan_desc *desc)
 {
-    struct plan *plan = &made->plan;
     uint32_t color = 1u << VIEW_OUTPUT_COLOR, outputs = desc->view->outputs;
     int auxiliary = __builtin_popcount(outputs & ~color);
     char because[REPORT_TEXT_BYTES];
-    if (!auto_choose(&plan->choice,
-                     &(struct auto_desc){.view = desc->view,
-                                         .state = desc->state,
-                                         .camera = desc->camera,
-                                         .settings = desc->automatic,
-                                         .raster_samples = plan_samples(desc->view, desc->limits),
-                                         .shadow_budget_bytes = desc->shadow_budget_bytes,
-                                         .view_key = desc->view_key,
-                                         .reach = &made->reach},
-                     err))
-        return false;
     bool is_traced = plan_is_raytraced(desc->view, desc->state, &plan->choice, because);
     set_need(plan, PLAN_NEED_COLOR, outputs & color && !is_traced, "%s",
              is_traced         ? "the color output is ray traced"
@@ -114,7 +115,6 @@ static bool require_outputs(struct frame_plan *made, const struct frame_plan_des
     set_need(plan, PLAN_NEED_AUXILIARY, auxiliary > 0, "%d auxiliary output%s asked for", auxiliary,
              auxiliary == 1 ? " was" : "s were");
     require_overlay(plan, desc->view);
-    return true;
 }
 
 /* A frame of which nothing is drawn: why its drawables and shadows are not counted. */
@@ -122,6 +122,27 @@ static const char *why_not_drawn(const struct plan *plan)
 {
     return needs(plan, PLAN_NEED_TRACED) ? "not counted: rays find surfaces, layers and shadows"
                                          : "not counted: no output needs them";
+}
+
+/* Whether some drawable of the scene bends decides the programs, so that a camera that moves
+ * compiles nothing; what is in view, the passes. */
+static void require_refraction(struct frame_plan *made, const struct frame_plan_desc *desc)
+{
+    struct plan *plan = &made->plan;
+    const struct geometry_items *items = &made->items;
+    const bool is_off = desc->view->quality.refraction == VIEW_REFRACTION_OFF;
+    const struct state_item *all = desc->state->items;
+    for (size_t i = 0; i < items->transparent_count; i++)
+        plan->bending_items += all[items->transparent[i]].bend != STATE_BEND_NONE;
+    for (size_t i = 0; i < items->medium_count; i++)
+        plan->bending_items += all[items->media[i]].bend != STATE_BEND_NONE;
+    for (size_t i = 0; i < desc->state->item_count && !is_off; i++)
+        made->shaders.refracts |= all[i].bend != STATE_BEND_NONE;
+    set_need(plan, PLAN_NEED_REFRACTION,
+             needs(plan, PLAN_NEED_COLOR) && !is_off && plan->bending_items > 0,
+             is_off ? "quality.refraction is off, %zu of %zu transparent drawables would bend"
+                    : "%zu of %zu transparent drawables in view refract or scatter",
+             plan->bending_items, plan->transparent_items);
 }
 
 static bool require_geometry(struct frame_plan *made, const struct frame_plan_desc *desc,
@@ -144,11 +165,16 @@ static bool require_geometry(struct frame_plan *made, const struct frame_plan_de
     if (!is_drawn) /* and so none was counted */
         for (int need = PLAN_NEED_SURFACES; need <= PLAN_NEED_LAYERS; need++)
             set_need(plan, (enum plan_need)need, false, "%s", why_not_drawn(plan));
+    require_refraction(made, desc);
     bool has_choice = needs(plan, PLAN_NEED_COLOR);
     plan->samples = plan_samples(desc->view, desc->limits);
-    plan->target_samples = has_choice ? plan->samples : 1; /* auxiliary outputs take one */
-    set_need(plan, PLAN_NEED_ANTIALIASING, has_choice && plan->samples > 1, "%d sample%s per pixel",
-             plan->samples, plan->samples == 1 ? "" : "s");
+    plan->target_samples = 1; /* auxiliary outputs take one */
+    if (has_choice && plan->samples >= SAMPLES_PER_ROUND && can_multisample(desc->limits))
+        plan->target_samples = SAMPLES_PER_ROUND;
+    plan->rounds = has_choice ? plan->samples / plan->target_samples : 1;
+    set_need(plan, PLAN_NEED_ANTIALIASING, has_choice && plan->samples > 1,
+             plan->rounds > 1 ? "%d sample%s per pixel, in %d rounds" : "%d sample%s per pixel",
+             plan->samples, plan->samples == 1 ? "" : "s", plan->rounds);
     return true;
 }
 
@@ -181,16 +207,18 @@ static void count_light(struct plan *plan, const struct shadow_need *light, int 
     census[1].casters += has_lists ? light->casters.transparent_count : 0;
 }
 
-/* Points that shading takes of each area light: where rays find the shadows of each. */
-static uint32_t area_samples(const struct frame_plan_desc *desc)
+/* Shading takes points of area lights where rays find the shadow of each, else the whole. */
+static void require_areas(struct shader_needs *shaders, const struct frame_plan_desc *desc)
 {
     const struct view_quality *quality = &desc->view->quality;
-    for (size_t i = 0; i < desc->state->light_count; i++)
-        if (state_light_is_area(&desc->state->lights[i]))
-            return shadow_is_per_window(quality->shadows)
-                       ? rt_light_sample_count(&desc->state->lights[i], quality)
-                       : 0;
-    return 0;
+    for (size_t i = 0; i < desc->state->light_count; i++) {
+        if (!state_light_is_area(&desc->state->lights[i]))
+            continue;
+        shaders->has_area_form = !shadow_is_per_window(quality->shadows);
+        shaders->area_samples =
+            shaders->has_area_form ? 0 : rt_light_sample_count(&desc->state->lights[i], quality);
+        return;
+    }
 }
 
 static bool has_maps(const struct view_quality *quality)
@@ -209,7 +237,7 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
     size_t lights = desc->state->light_count;
     int resolution = shadow_resolution(&desc->view->quality, desc->limits);
     if (!is_listed)
-        light_reach_finish(&made->reach); /* `auto` may have asked */
+        light_reach_finish(&made->reach); /* whoever chose may have found it */
     if (is_listed && !made->reach.is_in_view && !desc->sees_all &&
         !light_reach_collect(&made->reach, desc->state, desc->camera, err))
         return false;
@@ -229,7 +257,7 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
     for (size_t i = 0;
          i < made->shadows.light_count && shadow_compress_is_asked(&desc->view->quality); i++)
         plan->compressed_lights += shadow_need_may_compress(&made->shadows.lights[i]);
-    made->shaders.area_samples = area_samples(desc);
+    require_areas(&made->shaders, desc);
     plan->lobes = shader_needs_lobes(made->shaders.surface_kinds);
     made->shaders.has_normal_offset =
         made->shaders.has_smooth && is_lit && has_maps(&desc->view->quality);
@@ -260,6 +288,28 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
         for (int need = PLAN_NEED_OPAQUE_SHADOWS; need <= PLAN_NEED_FILTERED_SHADOWS; need++)
             set_need(plan, (enum plan_need)need, false, "quality.shadows is none");
     return true;
+}
+
+/* Rays towards a map, where something may be in its way. */
+static void require_visibility(struct frame_plan *made, const struct frame_plan_desc *desc)
+{
+    struct plan *plan = &made->plan;
+    const struct view *view = desc->view;
+    const struct view_quality *quality = &view->quality;
+    bool has_map = view_has_environment(view) && view->environment_intensity > 0;
+    bool is_asked = quality->environment_visibility == VIEW_VISIBILITY_RAYS;
+    size_t casters = desc->state->item_count;
+    bool is_met = needs(plan, PLAN_NEED_COLOR) && has_map && is_asked && casters > 0;
+    set_need(plan, PLAN_NEED_VISIBILITY, is_met, "%s",
+             !needs(plan, PLAN_NEED_COLOR) ? "no color is rasterised"
+             : !has_map                    ? "no environment map shines"
+             : !is_asked ? "quality.environment_visibility is none: its light passes everything"
+             : !casters  ? "nothing is there"
+                         : "rays find what is in the way of the environment's light");
+    uint32_t kinds = made->shaders.surface_kinds | made->shaders.layer_kinds;
+    made->shaders.visibility_lobes = !is_met                        ? 0
+                                     : kinds & MATERIAL_TRANSLUCENT ? VISIBILITY_BEHIND + 1
+                                                                    : VISIBILITY_MIRRORED + 1;
 }
 
 /* The technique of a light whose filters it knows, and whose media it does not. */
@@ -319,6 +369,23 @@ static void plan_shadows(struct plan *plan)
     }
 }
 
+static bool has_pass(const struct plan *plan, const char *name)
+{
+    for (int i = 0; i < plan->pass_count; i++)
+        if (!strcmp(plan->passes[i].pass, name))
+            return true;
+    return false;
+}
+
+/* The passes of rays to the environment, which share some with traced shadows. */
+static void plan_visibility(struct plan *plan, enum plan_step step)
+{
+    static const char *const names[] = {"raytrace.build", "shadow.points", "environment.trace"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if ((i > 0) == (step == PLAN_STEP_SHADOW_POINTS) && !has_pass(plan, names[i]))
+            add_pass(plan, PLAN_NEED_VISIBILITY, step, names[i], PLAN_RAYS, 0);
+}
+
 /* The passes of a technique that looks at windows: before them, or with each. */
 static void plan_rays(struct plan *plan, enum plan_step step)
 {
@@ -327,12 +394,15 @@ static void plan_rays(struct plan *plan, enum plan_step step)
          pass && pass->name; pass++)
         if (pass->is_of_windows == (step == PLAN_STEP_SHADOW_POINTS))
             add_shadow_pass(plan, PLAN_NEED_TRACED_SHADOWS, step, method, pass);
+    plan_visibility(plan, step);
 }
 
 static uint64_t targets_bytes(const struct plan *plan, const struct view *view)
 {
     uint64_t pixels = (uint64_t)view->width_px * (uint64_t)view->height_px;
-    return pixels * targets_pixel_bytes(plan->target_samples, plan->lobes);
+    uint64_t refraction = needs(plan, PLAN_NEED_REFRACTION) ? TARGETS_REFRACTION_PIXEL_BYTES : 0;
+    uint64_t sums = plan->rounds > 1 ? targets_sum_pixel_bytes(view->screen.has_backdrop) : 0;
+    return pixels * (targets_pixel_bytes(plan->target_samples, plan->lobes) + refraction + sums);
 }
 
 /* Adds a pass that runs only if a count, which only drawing can tell, is not 0. */
@@ -361,7 +431,7 @@ static void choose_transparency(struct plan *plan, const struct frame_plan *made
     unsigned can = 0;
     if (made->items.medium_count)
         can |= TRANSPARENCY_CAN_MEDIA;
-    if (needs(plan, PLAN_NEED_TRACED_SHADOWS))
+    if (needs(plan, PLAN_NEED_TRACED_SHADOWS) || needs(plan, PLAN_NEED_VISIBILITY))
         can |= TRANSPARENCY_CAN_TRACED_SHADOWS;
     if (needs(plan, PLAN_NEED_AUXILIARY))
         can |= TRANSPARENCY_CAN_OUTPUTS;
@@ -375,12 +445,11 @@ static void choose_transparency(struct plan *plan, const struct frame_plan *made
 /* Adds the passes of renderer/window/apart.h. */
 static void plan_apart(struct plan *plan)
 {
-    if (!needs(plan, PLAN_NEED_LIGHTS))
+    if (!needs(plan, PLAN_NEED_LIGHTS) || plan->target_samples == 1)
         return;
     add_pass(plan, PLAN_NEED_ANTIALIASING, PLAN_STEP_SHADE, "shade.contrast", "msaa4", 0);
     add_pass(plan, PLAN_NEED_ANTIALIASING, PLAN_STEP_SHADE, "shade.apart", "msaa4", 0);
-    if (needs(plan, PLAN_NEED_ANTIALIASING)) /* only where light differs */
-        plan->passes[plan->pass_count - 1].is_conditional = true;
+    plan->passes[plan->pass_count - 1].is_conditional = true; /* only where light differs */
 }
 
 static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
@@ -403,8 +472,13 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
     if (needs(plan, PLAN_NEED_COLOR))
         plan_layers(plan, PLAN_STEP_SHADE);
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_SHADE, "shade.opaque",
-             plan->samples > 1 ? "msaa4" : "", 0);
+             plan->target_samples > 1 ? "msaa4" : "", 0);
     plan_apart(plan);
+    for (int i = 0; i < 2; i++)
+        add_pass(plan, PLAN_NEED_REFRACTION, PLAN_STEP_REFRACT,
+                 i ? "refraction" : "refraction.blur", "screen-space", 0);
+    if (plan->rounds > 1)
+        add_pass(plan, PLAN_NEED_ANTIALIASING, PLAN_STEP_ACCUMULATE, "accumulate", "", 0);
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_READ, "readback", "", 0);
     add_pass(plan, PLAN_NEED_AUXILIARY, PLAN_STEP_AUXILIARY, "aov", "", 0);
     if (desc->view->edges.is_drawn)
@@ -418,14 +492,20 @@ bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc
     struct view view = *desc->view;
     struct frame_plan_desc chosen = *desc;
     *plan = (struct frame_plan){.shaders = shader_needs_of(desc->state)};
-    if (!require_outputs(plan, desc, err))
-        goto fail;
+    if (desc->reach) {
+        plan->reach = *desc->reach;
+        *desc->reach = (struct light_reach){0};
+    }
+    if (view.choice && view.quality.shadows == SHADOWS_AUTO)
+        plan->plan.choice = *view.choice;
+    require_outputs(&plan->plan, desc);
     chosen.view = &view;
     if (plan->plan.choice.is_open && !shadow_technique_is_renderer(plan->plan.choice.technique))
         view.quality.shadows = plan->plan.choice.technique;
     if (!require_geometry(plan, &chosen, err) || !require_lights(plan, &chosen, err) ||
         !check_technique(plan, &chosen, err))
         goto fail;
+    require_visibility(plan, &chosen);
     choose_transparency(&plan->plan, plan, view.quality.transparency);
     plan_passes(&plan->plan, &chosen);
     return true;

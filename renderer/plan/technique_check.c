@@ -6,13 +6,18 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-unsigned technique_needs(const struct technique_demand *demand)
+#include "protocol/quality_defaults.h"
+#include "renderer/base/sample_pattern.h"
+
+/* The members of SHADOW_CAN_* that the frame asks for. */
+static unsigned needs_of(const struct technique_demand *demand)
 {
     const struct view_quality *quality = demand->quality;
     bool has_linked_lists = quality->light_lists == VIEW_LIGHT_LISTS_LINKED;
     bool has_areas = demand->is_rasterised && demand->area_lights > 0;
     return (quality->reference ? SHADOW_CAN_REFERENCE : 0u) |
-           (quality->samples > 4 && !quality->reference ? SHADOW_CAN_MANY_SAMPLES : 0u) |
+           (quality->samples > SAMPLES_RASTER_MAX && !quality->reference ? SHADOW_CAN_MANY_SAMPLES
+                                                                         : 0u) |
            (has_linked_lists && demand->window_lights > 0 ? SHADOW_CAN_LINKED_LISTS : 0u) |
            (has_areas ? SHADOW_CAN_AREA_LIGHTS : 0u) |
            (demand->unfiltered_lights > 0 ? SHADOW_CAN_COLOR : 0u);
@@ -20,13 +25,18 @@ unsigned technique_needs(const struct technique_demand *demand)
 
 static bool refuse_samples(int samples, struct error *err)
 {
-    return error_set(err, ERROR_INVALID_REQUEST, "%d samples per pixel, choose 1 or 4", samples);
+    return error_set(err, ERROR_INVALID_REQUEST, "%d samples per pixel, choose 1, 4, 8 or 16",
+                     samples);
 }
 
-bool technique_check_samples(int samples, struct error *err)
+bool technique_check_samples(const struct view_quality *quality, struct error *err)
 {
-    bool is_known = samples == 0 || samples == 1 || samples == 4 || samples == 16 ||
-                    samples == 64 || samples == 256;
+    int samples = quality->samples;
+    bool is_known = samples == 0 || sample_pattern_has(samples) || samples == 64 || samples == 256;
+    if (quality->reference && samples == 8)
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "8 samples per pixel, but the reference takes a regular grid: choose 1, "
+                         "4, 16, 64 or 256");
     return is_known || refuse_samples(samples, err);
 }
 
@@ -63,15 +73,15 @@ bool technique_check(const struct technique_demand *demand, struct technique_lac
                      struct error *err)
 {
     enum shadow_technique shadows = demand->quality->shadows;
-    unsigned missing = technique_needs(demand) & ~shadow_technique_rows[shadows].can;
+    unsigned missing = needs_of(demand) & ~shadow_technique_rows[shadows].can;
     lacks->count = 0;
     if (!refuse(demand, missing, err))
         return false;
     if (missing & SHADOW_CAN_AREA_LIGHTS)
         add(lacks,
-            "%zu area light%s drawn from the centre, with hard shadows; shadows "
-            "raytraced, raytraced-shadows or auto draws all of it",
-            demand->area_lights, demand->area_lights == 1 ? " is" : "s are");
+            "%zu area light%s a hard shadow, from the centre; shadows raytraced, "
+            "raytraced-shadows or auto makes it soft",
+            demand->area_lights, demand->area_lights == 1 ? " has" : "s have");
     if (missing & SHADOW_CAN_COLOR)
         add(lacks,
             "shadows %s: light passes transparent casters unchanged, of %zu of %zu lights; "

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Compares what a frame asks of its shadow technique with what the technique can do, by its row in
  * the table. The frame is then drawn, refused, or drawn otherwise with a warning. No other place
- * compares them. A light that a
- * technique does not want falls back to another one by struct shadow_method. Pure. Thread: any. */
+ * compares them. A light that a technique does not want falls back to another one by struct
+ * shadow_method. Pure. Thread: any. */
 #ifndef VITRAIL_RENDERER_PLAN_TECHNIQUE_CHECK_H
 #define VITRAIL_RENDERER_PLAN_TECHNIQUE_CHECK_H
 
@@ -28,11 +28,9 @@ struct technique_lacks { /* warnings */
     int count;
 };
 
-/* The members of SHADOW_CAN_* that the frame asks for. */
-unsigned technique_needs(const struct technique_demand *demand);
 /* Checks, before there is a plan, that some technique takes so many samples per pixel; 0: the
  * default. Else ERROR_INVALID_REQUEST. */
-MUST_CHECK bool technique_check_samples(int samples, struct error *err);
+MUST_CHECK bool technique_check_samples(const struct view_quality *quality, struct error *err);
 /* ERROR_INVALID_REQUEST where the frame cannot be drawn by the technique. */
 MUST_CHECK bool technique_check(const struct technique_demand *demand,
                                 struct technique_lacks *lacks, struct error *err);

@@ -52,6 +52,7 @@ static struct view without_pointers(const struct view *view)
     copy.clip_planes = NULL;
     copy.cuts = NULL;
     copy.highlight.nodes = NULL;
+    copy.choice = NULL;
     return copy;
 }
 
@@ -80,6 +81,7 @@ struct content_key view_placement_key(const char *scene_key, const struct view *
     struct view own = scene_part(view);
     own.light_count = own.material_override_count = 0;
     own.ignore_scene_lights = own.has_environment = false;
+    own.studio = VIEW_STUDIO_AUTO;
     for (int k = 0; k < 3; k++)
         own.sky[k] = own.ground[k] = 0;
     content_key_add_text(&key, scene_key);

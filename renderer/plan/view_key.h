@@ -13,9 +13,10 @@ struct content_key view_placement_key(const char *scene_key, const struct view *
 struct content_key view_state_key(const char *scene_key, const struct view *view);
 /* The key of all that scene_state_cut uses: the clip planes. */
 struct content_key view_cut_key(const struct view *view);
-/* The key of all that decides the picture without its overlays. */
+/* The key of all that decides the picture without its overlays and without the choice. */
 struct content_key view_picture_key(struct content_key state_key, const struct view *view);
-/* The key of all that decides the plan: state, camera, size, outputs, planes and quality. */
+/* The key of all that decides the plan but for the choice: state, camera, size, outputs, planes and
+ * quality. */
 struct content_key view_plan_key(struct content_key state_key, const struct view *view);
 
 #endif

@@ -23,9 +23,9 @@ struct embree_context {
 #else
     struct RTCRayQueryContext base;
 #endif
-    RTCFilterFunctionN filter; /* sees the hits of all geometries, after the geometry's own;
-                                  optional */
-    bool is_coherent;          /* rays of a packet go nearly the same way */
+    /* Sees the hits of all geometries, after the geometry's own; optional. */
+    RTCFilterFunctionN filter;
+    bool is_coherent; /* rays of a packet go nearly the same way */
 };
 
 static inline void embree_context_init(struct embree_context *context)

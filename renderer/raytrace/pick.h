@@ -7,8 +7,8 @@
 #include "renderer/raytrace/raytrace.h"
 
 struct pick_desc {
-    double x, y;       /* a point: continuous, px from the upper left corner; a rectangle: its upper
-                          left pixel */
+    /* A point: continuous, px from the upper left corner; a rectangle: its upper left pixel. */
+    double x, y;
     int width, height; /* px of a rectangle; 0: a point */
     bool is_through;   /* what is behind transparent layers, too */
 };

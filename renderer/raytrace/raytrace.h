@@ -28,8 +28,9 @@ struct raytrace_desc {
     const struct scene_state *state; /* required */
     const struct camera *camera;     /* required */
     const struct environment_light *environment; /* optional: the view's */
-    int samples_per_side;         /* of a pixel's regular grid; 0 means 1: the pixel's centre;
-                                     production takes the 4 standard positions for 2 */
+    /* Per pixel: a square, of a regular grid; 0 means 1: the pixel's centre. Production takes the
+     * patterns of renderer/base/sample_pattern.h for 4 and 8. */
+    int samples;
     struct raytrace_cache *cache; /* optional: keeps the built scene for the next render */
     /* Optional: per texture_key (renderer/textures/texture_need.h) the finest level that camera
      * rays of production sample; 255: any. Masks and filters of shadow rays are read at level 0. */
@@ -46,6 +47,7 @@ struct raytrace_desc {
 
 struct raytrace_stats {
     double build_ms, trace_ms; /* without urgent frames */
+    double see_ms;             /* of raytrace_shadows_see, likewise */
     bool is_scene_reused; /* taken from the cache: only the view, lights or materials changed */
     uint64_t scene_bytes; /* of Embree's structure and our copy of the vertices */
     uint64_t camera_rays, shadow_rays;

@@ -7,6 +7,7 @@
 #include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_batch_light.h"
 #include "renderer/raytrace/rt_batch_refine.h"
+#include "renderer/raytrace/rt_environment.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_pixel.h"
@@ -15,6 +16,30 @@ enum { BATCH_FRAGMENTS = 4096 }; /* 1.2 MB with all that belongs to them */
 
 static const double SAME_LEAN = 0.99;     /* cosine: 8 degrees */
 static const double SAME_PLANE_PX = 0.25; /* what lies farther off is another layer of the mesh */
+
+/* Surfaces beyond a bend are lit ray by ray: a quarter of the directions towards a map is enough
+ * for what is seen through glass. */
+static bool init_walker(struct rt_batch *batch, struct error *err)
+{
+    const struct rt_batch_desc *desc = &batch->desc;
+    const struct rt_scene *scene = desc->scene;
+    uint32_t towards_map = rt_environment_count(desc->environment, &desc->view->quality);
+    for (size_t i = 0; i < scene->mesh_count; i++)
+        batch->has_bends |= scene->meshes[i].bend != STATE_BEND_NONE;
+    if (!batch->has_bends)
+        return true;
+    batch->beyond = *desc->view;
+    batch->beyond.quality.environment_samples = (int)(towards_map + 3) / 4;
+    return rt_walker_init(
+        &batch->walker,
+        &(struct rt_walker_desc){.scene = scene,
+                                 .view = &batch->beyond,
+                                 .environment = desc->environment,
+                                 .branches = rt_walk_branches(desc->view, desc->samples),
+                                 .way = (const double(*)[3])desc->way,
+                                 .is_orthographic = desc->camera->is_orthographic},
+        err);
+}
 
 bool rt_batch_init(struct rt_batch *batch, const struct rt_batch_desc *desc, struct error *err)
 {
@@ -25,7 +50,8 @@ bool rt_batch_init(struct rt_batch *batch, const struct rt_batch_desc *desc, str
     batch->blocks = calloc(1, sizeof *batch->blocks);
     if (!batch->light_counts || !batch->jobs || !batch->sorted || !batch->blocks)
         return error_set(err, ERROR_NO_MEMORY, "%d waiting shadow rays", RT_BATCH_JOBS_MAX);
-    return rt_packet_init(&batch->packet, desc->scene, err) && rt_hits_init(&batch->scratch, err);
+    return rt_packet_init(&batch->packet, desc->scene, err) && rt_hits_init(&batch->scratch, err) &&
+           init_walker(batch, err);
 }
 
 void rt_batch_finish(struct rt_batch *batch)
@@ -43,6 +69,8 @@ void rt_batch_finish(struct rt_batch *batch)
     free(batch->light_counts);
     rt_packet_finish(&batch->packet);
     rt_hits_finish(&batch->scratch);
+    rt_walker_finish(&batch->walker);
+    free(batch->bent);
     *batch = (struct rt_batch){0};
 }
 
@@ -80,7 +108,7 @@ bool rt_batch_reserve_fragments(struct rt_batch *batch, size_t count)
 static bool reserve_for(struct rt_batch *batch, const struct rt_sample *sample)
 {
     void *steps = batch->steps, *ends = batch->sample_ends, *pixels = batch->pixels;
-    void *points = batch->points;
+    void *points = batch->points, *bent = batch->bent;
     size_t hits = sample->hits->count, point_capacity = batch->sample_capacity;
     bool ok =
         rt_batch_reserve_fragments(batch, batch->fragment_count + hits) &&
@@ -89,9 +117,12 @@ static bool reserve_for(struct rt_batch *batch, const struct rt_sample *sample)
         reserve(&points, &point_capacity, batch->sample_count + 1, sizeof *batch->points) &&
         reserve(&ends, &batch->sample_capacity, batch->sample_count + 1,
                 sizeof *batch->sample_ends) &&
-        reserve(&pixels, &batch->pixel_capacity, batch->pixel_count + 1, sizeof *batch->pixels);
+        reserve(&pixels, &batch->pixel_capacity, batch->pixel_count + 1, sizeof *batch->pixels) &&
+        (!batch->has_bends ||
+         reserve(&bent, &batch->bent_capacity, batch->bent_count + 1, sizeof *batch->bent));
     batch->steps = steps;
     batch->points = points;
+    batch->bent = bent;
     batch->sample_ends = ends;
     batch->pixels = pixels;
     return ok;
@@ -202,6 +233,40 @@ static void filter_unseen(const struct rt_batch *batch, const struct rt_hit *hit
     rt_filter_unseen(batch->desc.scene, hit, &footprint, direction, through);
 }
 
+/* A surface on the sample's way: its step. */
+static void add_step(struct rt_batch *batch, const struct rt_sample *sample, size_t hit,
+                     double through[3])
+{
+    const struct rt_hit *met = &sample->hits->hits[hit];
+    struct rt_step *step = &batch->steps[batch->step_count++];
+    step->fragment = find_fragment(batch, sample, met, met->is_opaque, hit);
+    const struct rt_point point = point_of(sample, met);
+    rt_fragment_add(&batch->fragments[step->fragment], &point);
+    if (met->is_opaque)
+        batch->points[batch->sample_count] = point;
+    for (int k = 0; k < 3; k++)
+        step->through[k] = (float)through[k], through[k] = 1;
+}
+
+/* The ray goes on in other directions. Where it enters, the surface is one of the batch. */
+static void add_bend(struct rt_batch *batch, const struct rt_sample *sample, size_t hit,
+                     const double sigma[3], double through[3])
+{
+    const struct rt_hit *met = &sample->hits->hits[hit];
+    struct rt_walker *walker = &batch->walker;
+    struct rt_walk_turn turn = {.hit = met,
+                                .origin = sample->ray->origin,
+                                .direction = sample->ray->direction,
+                                .is_lit = met->is_front && !met->is_hidden};
+    memcpy(turn.sigma, sigma, sizeof turn.sigma);
+    if (turn.is_lit)
+        add_step(batch, sample, hit, through);
+    walker->lighting.seed = rt_job_seed(sample->x, sample->y, sample->index);
+    rt_walk_on(walker, &turn, &batch->bent[batch->bent_count++]);
+    batch->has_overflowed |= walker->has_overflowed || walker->lighting.has_overflowed;
+    batch->points[batch->sample_count].bent = (uint32_t)batch->bent_count;
+}
+
 bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
 {
     const struct rt_scene *scene = batch->desc.scene;
@@ -213,8 +278,9 @@ bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
         batch->pixels[batch->pixel_count++][1] = sample->y;
     }
     batch->has_overflowed |= sample->hits->has_overflowed;
-    double sigma[3], through[3] = {1, 1, 1}, t = 0;
+    double sigma[3] = {0}, through[3] = {1, 1, 1}, t = 0;
     double range[2];
+    batch->points[batch->sample_count].bent = 0;
     memcpy(batch->points[batch->sample_count].direction, sample->ray->direction,
            sizeof batch->points->direction);
     const bool has_media = scene->state->medium_count;
@@ -224,24 +290,20 @@ bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
     }
     for (size_t i = 0; i < sample->hits->count; i++) {
         const struct rt_hit *hit = &sample->hits->hits[i];
-        if (has_media) {
+        if (has_media)
             rt_media_pass(sigma, sample->ray, range, t, hit->t, through);
+        if (batch->has_bends && rt_walk_bends(scene, hit)) {
+            add_bend(batch, sample, i, sigma, through);
+            break;
+        }
+        if (has_media) {
             rt_media_cross(scene, hit, sigma);
             t = hit->t;
         }
-        if (hit->is_left_unseen)
+        if (hit->is_left_unseen && scene->meshes[hit->mesh].is_medium)
             filter_unseen(batch, hit, sample->ray->direction, through);
-        bool is_opaque = hit->is_opaque;
-        if (hit->is_hidden || (!is_opaque && scene->meshes[hit->mesh].class_ == STATE_MASKED))
-            continue;
-        struct rt_step *step = &batch->steps[batch->step_count++];
-        step->fragment = find_fragment(batch, sample, hit, is_opaque, i);
-        const struct rt_point point = point_of(sample, hit);
-        rt_fragment_add(&batch->fragments[step->fragment], &point);
-        if (is_opaque)
-            batch->points[batch->sample_count] = point;
-        for (int k = 0; k < 3; k++)
-            step->through[k] = (float)through[k], through[k] = 1;
+        if (!hit->is_hidden && (hit->is_opaque || scene->meshes[hit->mesh].class_ != STATE_MASKED))
+            add_step(batch, sample, i, through);
     }
     struct rt_step *last = &batch->steps[batch->step_count++];
     last->fragment = RT_BACKGROUND;
@@ -256,13 +318,25 @@ bool rt_batch_is_full(const struct rt_batch *batch)
     return batch->fragment_count >= BATCH_FRAGMENTS;
 }
 
+/* What is seen at the end of a way that was bent, behind the layers before. */
+static void end_bent(const struct rt_seen *bent, const double layers[3], const double through[3],
+                     struct rt_pixel *pixel)
+{
+    struct rt_seen seen = {.is_bare = false};
+    for (int k = 0; k < 3; k++) {
+        seen.radiance[k] = layers[k] + through[k] * bent->radiance[k];
+        seen.open[k] = through[k] * bent->open[k];
+    }
+    rt_pixel_end_seen(pixel, &seen);
+}
+
 /* Front to back over the ordered layers: docs/explanation/shading.md section 2. */
 static void composite(const struct rt_batch *batch, size_t sample, size_t first, size_t end,
                       struct rt_pixel *pixel)
 {
     double layers[3] = {0}, through[3] = {1, 1, 1}, behind[4];
-    rt_pixel_background(batch->desc.view, batch->desc.environment, batch->points[sample].direction,
-                        behind);
+    const struct rt_point *point = &batch->points[sample];
+    rt_pixel_background(batch->desc.view, batch->desc.environment, point->direction, behind);
     for (size_t i = first; i < end; i++) {
         const struct rt_step *step = &batch->steps[i];
         for (int k = 0; k < 3; k++)
@@ -280,7 +354,10 @@ static void composite(const struct rt_batch *batch, size_t sample, size_t first,
             through[k] *= shading->filter[k];
         }
     }
-    rt_pixel_end_sample(pixel, layers, through, behind);
+    if (point->bent)
+        end_bent(&batch->bent[point->bent - 1], layers, through, pixel);
+    else
+        rt_pixel_end_sample(pixel, layers, through, behind);
 }
 
 static void write_pixels(const struct rt_batch *batch, struct image *image)
@@ -306,4 +383,5 @@ void rt_batch_shade(struct rt_batch *batch, struct image *image)
         atomic_store(&batch->desc.job->has_no_memory, true);
     write_pixels(batch, image);
     batch->fragment_count = batch->step_count = batch->sample_count = batch->pixel_count = 0;
+    batch->bent_count = 0;
 }

@@ -11,12 +11,15 @@
 #include "renderer/raytrace/rt_light_set.h"
 #include "renderer/raytrace/rt_packet.h"
 #include "renderer/raytrace/rt_surface.h"
+#include "renderer/raytrace/rt_walk.h"
 
 enum { RT_TEXELS_MAX = 4 };
 
 struct rt_point { /* where a sample's ray meets a surface */
     struct rt_hit hit;
     double point[3], direction[3]; /* relative to rt_scene.origin; of the ray */
+    uint32_t bent; /* of a sample: 1 + index of what it sees behind its last step; 0: it goes
+                      straight to its end */
 };
 
 struct rt_texel { /* where another sample of the pixel meets the surface */
@@ -44,6 +47,8 @@ struct rt_shading {     /* of a fragment: what compositing needs, and shadow ray
     double filter[3];   /* of what lies behind; of transparent ones */
     double alpha;
     float base[3]; /* colour of the texture, so that contrast is that of the light; 1: none */
+    bool is_ground;
+    double unshadowed[3]; /* of the ground: its radiance if nothing cast a shadow */
 };
 
 struct rt_start {     /* of a fragment's shadow rays; one line of the cache */
@@ -98,6 +103,11 @@ struct rt_batch { /* zeroed before init; arrays grow and are kept */
     uint32_t *light_counts; /* of waiting jobs, by light and is_transparent */
     size_t fragment_count, step_count, sample_count, pixel_count, job_count;
     size_t fragment_capacity, step_capacity, sample_capacity, pixel_capacity;
+    bool has_bends;          /* some surface bends rays: the next four are in use */
+    struct rt_walker walker; /* of their ways from there on */
+    struct view beyond;      /* how these are lit */
+    struct rt_seen *bent;    /* at their ends */
+    size_t bent_count, bent_capacity;
     size_t pixel_fragments; /* first fragment of the pixel being gathered */
     struct rt_packet packet;
     struct rt_hits scratch;

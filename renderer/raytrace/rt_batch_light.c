@@ -42,7 +42,7 @@ static void place_ray(const struct rt_scene *scene, const struct rt_start *start
     rt_shadow_range(scene, (double)job->distance_m, ray);
     if (isfinite(job->distance_m))
         ray->t_max = rt_max(ray->t_max - 8 * scene->nudge_m, ray->t_min);
-    ray->culls_back_faces = ray->only_media = false;
+    ray->culls_back_faces = ray->is_bent = ray->only_media = false;
     ray->skip_mesh = start->mesh;
     ray->skip_triangle = start->triangle;
     ray->excluded_node = start->excluded_node;
@@ -126,8 +126,11 @@ static void flush_jobs(struct rt_batch *batch)
 /* What a light adds to the surface, at once or after its shadow ray. */
 static void send(struct rt_batch *batch, const struct rt_ray_job *job, bool casts_shadow)
 {
+    struct rt_shading *shading = &batch->shadings[job->fragment];
+    for (int k = 0; k < 3 && shading->is_ground; k++)
+        shading->unshadowed[k] += (double)job->weight[k];
     if (!casts_shadow || batch->desc.view->quality.shadows == SHADOWS_NONE) {
-        add_light(&batch->shadings[job->fragment], job, (const double[3]){1, 1, 1});
+        add_light(shading, job, (const double[3]){1, 1, 1});
         return;
     }
     batch->light_counts[2 * (size_t)job->light + job->is_transparent]++;
@@ -230,7 +233,7 @@ static void ask_environment(struct rt_batch *batch, const struct lit *lit)
     for (uint32_t i = 0; i < count; i++) {
         double l[3], arriving[3], reflected[3];
         if (!rt_environment_draw(&sampler, i, l, arriving) ||
-            !rt_reflect(lit->reflector, l, reflected))
+            !rt_reflect(sampler.reflector, l, reflected))
             continue;
         struct rt_ray_job *job = begin_job(batch, lit, slot);
         job->distance_m = INFINITY;
@@ -329,6 +332,7 @@ static void begin_fragment(struct rt_batch *batch, uint32_t index)
     else
         rt_surface_view_filter(&surface, lit.view, fragment->hit.is_front, shading->filter);
     shading->alpha = surface.alpha;
+    shading->is_ground = batch->desc.scene->meshes[fragment->hit.mesh].is_ground;
     bool is_textured = surface.material->textures[SCENE_TEXTURE_BASE_COLOR].texture >= 0;
     for (int k = 0; k < 3; k++)
         shading->base[k] = is_textured ? (float)surface.base[k] : 1;
@@ -341,9 +345,22 @@ static void begin_fragment(struct rt_batch *batch, uint32_t index)
     rt_reflector_emission(&reflector, &surface, shading->radiance);
     if (state->has_environment)
         rt_reflect_hemisphere(state, &reflector, &surface, shading->radiance);
+    if (shading->is_ground)
+        memcpy(shading->unshadowed, shading->radiance, sizeof shading->unshadowed);
     start_rays(batch, &lit, normal);
     ask_lights(batch, &lit);
     ask_environment(batch, &lit);
+}
+
+/* All its light is there: it sends nothing, and filters what lies behind. */
+static void end_ground(const struct rt_batch *batch, uint32_t index)
+{
+    struct rt_shading *shading = &batch->shadings[index];
+    if (!shading->is_ground)
+        return;
+    rt_ground_share(batch->desc.scene, batch->starts[index].point, shading->radiance,
+                    shading->unshadowed, shading->filter);
+    shading->alpha = 0;
 }
 
 void rt_batch_light(struct rt_batch *batch, uint32_t first)
@@ -351,4 +368,8 @@ void rt_batch_light(struct rt_batch *batch, uint32_t first)
     for (uint32_t i = first; i < batch->fragment_count && !batch->is_cancelled; i++)
         begin_fragment(batch, i);
     flush_jobs(batch);
+    if (!batch->desc.scene->state->ground_plane.is_there)
+        return;
+    for (uint32_t i = first; i < batch->fragment_count && !batch->is_cancelled; i++)
+        end_ground(batch, i);
 }

@@ -77,8 +77,9 @@ void rt_light_place(const struct state_light *light, const double unit[2], doubl
         point[k] = light->position[k] + light->half_u[k] * xy[0] + light->half_v[k] * xy[1];
 }
 
-void rt_light_sample_point(const struct state_light *light, const struct rt_light_sample *sample,
-                           double point[3])
+/* The sample-th point of an area light (world); the centre of another. */
+static void sample_point(const struct state_light *light, const struct rt_light_sample *sample,
+                         double point[3])
 {
     memcpy(point, light->position, 3 * sizeof *point);
     if (!state_light_is_area(light) || sample->count <= 1)
@@ -117,7 +118,7 @@ void rt_light_arrive(const struct state_light *light, const struct rt_light_samp
         return;
     }
     double at[3];
-    rt_light_sample_point(light, sample, at);
+    sample_point(light, sample, at);
     for (int k = 0; k < 3; k++)
         l[k] = at[k] - origin[k] - point[k];
     arrival->distance_m = vec3_length(l);

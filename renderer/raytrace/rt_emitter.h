@@ -23,7 +23,8 @@ struct rt_arrival {
 uint32_t rt_light_sample_count(const struct state_light *light, const struct view_quality *quality);
 
 /* The point of an area light (world) at a place of the unit square, of which equal areas are equal
- * areas of the light. */
+ * areas of the light; the disk by Shirley and Chiu 1997, "A Low Distortion Map Between Disk and
+ * Square". Outside of this module, tests integrate over it. */
 void rt_light_place(const struct state_light *light, const double unit[2], double point[3]);
 
 /* The index-th point of the unit square, in (0, 1): the first two dimensions of Sobol's sequence
@@ -31,11 +32,6 @@ void rt_light_place(const struct state_light *light, const double unit[2], doubl
  * by random digits (Kollig and Keller 2002, "Efficient Multidimensional Sampling"). Equal seeds
  * give equal points. */
 void rt_sequence_point(uint32_t index, uint32_t seed, double xy[2]);
-
-/* The sample-th point of an area light (world; its centre for others): rt_sequence_point, mapped to
- * the disk by Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square". */
-void rt_light_sample_point(const struct state_light *light, const struct rt_light_sample *sample,
-                           double point[3]);
 
 /* origin: world position that `point` is relative to. */
 void rt_light_arrive(const struct state_light *light, const struct rt_light_sample *sample,

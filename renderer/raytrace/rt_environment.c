@@ -9,7 +9,7 @@
 
 static const double pi = 3.14159265358979323846;
 
-enum { SHARE_COSINE, SHARE_BASE, SHARE_COAT, SHARE_COUNT };
+enum { SHARE_COSINE, SHARE_BASE, SHARE_COAT, SHARE_BEHIND, SHARE_COUNT };
 
 uint32_t rt_environment_count(const struct environment_light *light,
                               const struct view_quality *quality)
@@ -42,8 +42,7 @@ static void to_local(const struct rt_ggx_lobe *lobe, const double world[3], doub
     local[2] = vec3_dot(lobe->normal, world);
 }
 
-/* A viewer behind a bent normal is drawn from the horizon. */
-static void lobe_init(struct rt_ggx_lobe *lobe, const double normal[3], const double view[3],
+void rt_ggx_lobe_init(struct rt_ggx_lobe *lobe, const double normal[3], const double view[3],
                       double alpha_square)
 {
     memcpy(lobe->normal, normal, sizeof lobe->normal);
@@ -55,12 +54,11 @@ static void lobe_init(struct rt_ggx_lobe *lobe, const double normal[3], const do
 }
 
 /* Heitz 2018, appendix A: the visible normal is uniform on the half disk that the viewer sees of
- * the stretched hemisphere. l: the viewer's mirror image at it. False: that is below the surface.
- */
-static bool lobe_draw(const struct rt_ggx_lobe *lobe, const double u[2], double l[3])
+ * the stretched hemisphere. h: along the lobe's axes. */
+static void draw_normal(const struct rt_ggx_lobe *lobe, const double u[2], double h[3])
 {
     const double *v = lobe->view;
-    double stretched[3] = {lobe->alpha * v[0], lobe->alpha * v[1], v[2]}, t1[3], t2[3], h[3];
+    double stretched[3] = {lobe->alpha * v[0], lobe->alpha * v[1], v[2]}, t1[3], t2[3];
     vec3_normalize(stretched);
     double across = stretched[0] * stretched[0] + stretched[1] * stretched[1];
     double inverse = across > 0 ? 1 / sqrt(across) : 0;
@@ -76,6 +74,21 @@ static bool lobe_draw(const struct rt_ggx_lobe *lobe, const double u[2], double 
         h[k] = p1 * t1[k] + p2 * t2[k] + p3 * stretched[k];
     h[0] *= lobe->alpha, h[1] *= lobe->alpha, h[2] = rt_max(h[2], 0);
     vec3_normalize(h);
+}
+
+void rt_ggx_lobe_normal(const struct rt_ggx_lobe *lobe, const double u[2], double normal[3])
+{
+    double h[3];
+    draw_normal(lobe, u, h);
+    to_world(lobe, h, normal);
+}
+
+/* l: the viewer's mirror image at a visible normal. False: that is below the surface. */
+static bool lobe_draw(const struct rt_ggx_lobe *lobe, const double u[2], double l[3])
+{
+    const double *v = lobe->view;
+    double h[3];
+    draw_normal(lobe, u, h);
     double twice = 2 * vec3_dot(v, h);
     const double local[3] = {twice * h[0] - v[0], twice * h[1] - v[1], twice * h[2] - v[2]};
     to_world(lobe, local, l);
@@ -101,6 +114,16 @@ static double largest(const double v[3])
     return rt_max(v[0], rt_max(v[1], v[2]));
 }
 
+/* Glass shows what is behind it, so that its lobe of transmitted light would show that twice. */
+static void leave_out_transmission(struct rt_environment_sampler *sampler)
+{
+    struct rt_reflector *own = &sampler->own;
+    *own = *sampler->reflector;
+    for (int k = 0; k < 3; k++)
+        own->through[k] = own->through_edge[k] = own->film.through[k] = 0;
+    sampler->reflector = own;
+}
+
 void rt_environment_begin(struct rt_environment_sampler *sampler,
                           const struct environment_light *light,
                           const struct rt_reflector *reflector, uint32_t count, uint32_t seed)
@@ -111,32 +134,51 @@ void rt_environment_begin(struct rt_environment_sampler *sampler,
     sampler->reflector = reflector;
     sampler->count = count;
     sampler->seed = seed;
-    lobe_init(&sampler->base, reflector->normal, reflector->view, reflector->alpha_square);
+    rt_ggx_lobe_init(&sampler->base, reflector->normal, reflector->view, reflector->alpha_square);
     share[SHARE_COSINE] = pi * largest(reflector->diffuse);
     if (lobes->has_sheen)
         share[SHARE_COSINE] += lobes->sheen_sent * largest(lobes->color);
     share[SHARE_BASE] = largest(reflector->specular) + w * largest(reflector->specular_edge);
     share[SHARE_COAT] = lobes->has_coat ? lobes->coat : 0;
+    share[SHARE_BEHIND] = pi * largest(reflector->diffused);
+    sampler->has_behind = share[SHARE_BEHIND] > 0;
+    if (sampler->has_behind)
+        leave_out_transmission(sampler);
     if (lobes->has_coat)
-        lobe_init(&sampler->coat, lobes->coat_normal, reflector->view, lobes->coat_alpha_square);
+        rt_ggx_lobe_init(&sampler->coat, lobes->coat_normal, reflector->view,
+                         lobes->coat_alpha_square);
     for (int i = 0; i < SHARE_COUNT; i++)
         sum += share[i];
     for (int i = 0; i < SHARE_COUNT; i++)
         share[i] = sum > 0 ? share[i] / sum : i == SHARE_COSINE;
 }
 
-double rt_environment_lobe_density(const struct rt_environment_sampler *sampler,
-                                   const double direction[3])
+/* The density with which a direction is drawn by the lobes alone [1/sr]. */
+static double density_by_lobes(const struct rt_environment_sampler *sampler,
+                               const double direction[3])
 {
     const double *share = sampler->share, *normal = sampler->base.normal;
     double cosine = vec3_dot(normal, direction), density = 0;
+    if (cosine < 0)
+        return share[SHARE_BEHIND] * -cosine / pi;
     if (share[SHARE_COSINE] > 0)
-        density += share[SHARE_COSINE] * rt_max(cosine, 0) / pi;
+        density += share[SHARE_COSINE] * cosine / pi;
     if (share[SHARE_BASE] > 0)
         density += share[SHARE_BASE] * lobe_density(&sampler->base, direction);
     if (share[SHARE_COAT] > 0)
         density += share[SHARE_COAT] * lobe_density(&sampler->coat, direction);
     return density;
+}
+
+/* The density of a visible normal's mirror image times what is masked on the light's side: Heitz
+ * 2018, eq. 19. */
+double rt_environment_mirrored(const struct rt_environment_sampler *sampler,
+                               const double direction[3])
+{
+    double cosine = rt_max(vec3_dot(sampler->base.normal, direction), 0);
+    double a2 = sampler->base.alpha * sampler->base.alpha;
+    double masked = cosine + sqrt(cosine * cosine * (1 - a2) + a2);
+    return lobe_density(&sampler->base, direction) * 2 * cosine / masked;
 }
 
 /* u[0] chooses the lobe, and is spread over its share again. False: no direction was drawn. */
@@ -154,7 +196,8 @@ static bool draw_by_lobes(const struct rt_environment_sampler *sampler, double u
     if (lobe == SHARE_BASE)
         return lobe_draw(&sampler->base, u, l);
     double radius = sqrt(u[0]), phi = 2 * pi * u[1]; /* Malley's method: a disk, lifted */
-    const double local[3] = {radius * cos(phi), radius * sin(phi), sqrt(1 - u[0])};
+    double height = lobe == SHARE_BEHIND ? -sqrt(1 - u[0]) : sqrt(1 - u[0]);
+    const double local[3] = {radius * cos(phi), radius * sin(phi), height};
     to_world(&sampler->base, local, l);
     return true;
 }
@@ -173,10 +216,10 @@ bool rt_environment_draw(const struct rt_environment_sampler *sampler, uint32_t 
             return false;
         density = environment_light_density(sampler->light, l);
     }
-    if (vec3_dot(sampler->base.normal, l) <= 0)
+    if (vec3_dot(sampler->base.normal, l) <= 0 && !sampler->has_behind)
         return false;
     environment_light_radiance(sampler->light, l, radiance);
-    density = by_map * density + by_lobes * rt_environment_lobe_density(sampler, l);
+    density = by_map * density + by_lobes * density_by_lobes(sampler, l);
     if (!(density > 0) || !(largest(radiance) > 0))
         return false;
     memcpy(direction, l, sizeof l);

@@ -14,11 +14,10 @@ void rt_footprint_find(const struct rt_scene *scene, const struct rt_hit *hit,
                        struct rt_footprint *footprint)
 {
     const struct rt_mesh *mesh = &scene->meshes[hit->mesh];
-    const uint32_t *index = mesh->triangles + 3 * (size_t)hit->triangle;
-    const double(*at)[3] = (const double(*)[3])mesh->positions;
-    double e1[3], e2[3], normal[3], across[2][3];
-    vec3_sub(at[index[1]], at[index[0]], e1);
-    vec3_sub(at[index[2]], at[index[0]], e2);
+    double at[3][3], e1[3], e2[3], normal[3], across[2][3];
+    rt_mesh_corners(mesh, hit->triangle, at);
+    vec3_sub(at[1], at[0], e1);
+    vec3_sub(at[2], at[0], e2);
     vec3_cross(e1, e2, normal);
     vec3_cross(e2, normal, across[0]);
     vec3_cross(normal, e1, across[1]);

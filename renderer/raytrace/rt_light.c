@@ -9,6 +9,7 @@
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_reflect.h"
 #include "renderer/raytrace/rt_terminator.h"
+#include "renderer/scene/ground_plane.h"
 
 bool rt_lighting_init(struct rt_lighting *lighting, const struct rt_scene *scene,
                       const struct view *view, struct error *err)
@@ -78,6 +79,11 @@ void rt_transmittance(struct rt_lighting *lighting, const struct rt_arrival *arr
         rt_path_transmittance(scene, hits, &ray, sigma, lighting->view->quality.blend_filter, out);
 }
 
+static bool casts_shadows(const struct rt_lighting *lighting)
+{
+    return !lighting->is_unshadowed && lighting->view->quality.shadows != SHADOWS_NONE;
+}
+
 /* Adds the light of one sample. */
 static void add_arrival(struct rt_lighting *lighting, const struct state_light *light,
                         const struct rt_arrival *arrival, const struct rt_hit *hit,
@@ -86,7 +92,7 @@ static void add_arrival(struct rt_lighting *lighting, const struct state_light *
     double reflected[3], transmittance[3] = {1, 1, 1};
     if (arrival->gain <= 0 || !rt_reflect(reflector, arrival->direction, reflected))
         return;
-    if (light->casts_shadow && lighting->view->quality.shadows != SHADOWS_NONE)
+    if (light->casts_shadow && casts_shadows(lighting))
         rt_transmittance(lighting, arrival, point, hit, transmittance);
     for (int k = 0; k < 3; k++)
         out[k] += reflected[k] * transmittance[k] * arrival->gain * (double)light->color[k];
@@ -107,9 +113,9 @@ static void add_environment(struct rt_lighting *lighting, const struct rt_hit *h
         struct rt_arrival arrival = {.distance_m = INFINITY, .gain = 1};
         double arriving[3], reflected[3], transmittance[3] = {1, 1, 1};
         if (!rt_environment_draw(&sampler, i, arrival.direction, arriving) ||
-            !rt_reflect(reflector, arrival.direction, reflected))
+            !rt_reflect(sampler.reflector, arrival.direction, reflected))
             continue;
-        if (quality->shadows != SHADOWS_NONE)
+        if (casts_shadows(lighting))
             rt_transmittance(lighting, &arrival, point, hit, transmittance);
         for (int k = 0; k < 3; k++)
             out[k] += reflected[k] * transmittance[k] * arriving[k];
@@ -143,4 +149,25 @@ void rt_radiance(struct rt_lighting *lighting, const struct rt_hit *hit,
         }
     }
     add_environment(lighting, hit, &reflector, point, out);
+}
+
+void rt_ground_share(const struct rt_scene *scene, const double point[3], const double arriving[3],
+                     const double unshadowed[3], double filter[3])
+{
+    double from_center[3];
+    for (int k = 0; k < 3; k++)
+        from_center[k] = point[k] + scene->origin[k] - scene->state->ground_plane.center[k];
+    ground_plane_filter(scene->state, vec3_length(from_center), arriving, unshadowed, filter);
+}
+
+void rt_ground_filter(struct rt_lighting *lighting, const struct rt_hit *hit,
+                      const struct rt_surface *surface, const double point[3], const double view[3],
+                      double filter[3])
+{
+    double arriving[3], unshadowed[3];
+    rt_radiance(lighting, hit, surface, point, view, arriving);
+    lighting->is_unshadowed = true;
+    rt_radiance(lighting, hit, surface, point, view, unshadowed);
+    lighting->is_unshadowed = false;
+    rt_ground_share(lighting->scene, point, arriving, unshadowed, filter);
 }

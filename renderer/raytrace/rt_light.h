@@ -17,6 +17,7 @@ struct rt_lighting {
     struct rt_hits shadow_hits;                  /* scratch of one thread; owned */
     uint64_t shadow_rays;
     uint32_t seed;       /* of the sequences on area lights; set per camera ray */
+    bool is_unshadowed;  /* nothing casts a shadow */
     bool has_overflowed; /* more surfaces on a ray than RT_HITS_MAX */
 };
 
@@ -43,7 +44,7 @@ void rt_light_media(const struct rt_scene *scene, const struct rt_arrival *arriv
 
 /* Transmittance between an arriving light and a point (relative to rt_scene.origin). `on`: the hit
  * that the point lies on, or NULL. Surfaces must be strictly nearer to the light than the point, by
- * the scene's relative epsilon. */
+ * the scene's relative epsilon. Outside of this module, tests ask it at single points. */
 void rt_transmittance(struct rt_lighting *lighting, const struct rt_arrival *arrival,
                       const double point[3], const struct rt_hit *on, double out[3]);
 
@@ -51,5 +52,13 @@ void rt_transmittance(struct rt_lighting *lighting, const struct rt_arrival *arr
 void rt_radiance(struct rt_lighting *lighting, const struct rt_hit *hit,
                  const struct rt_surface *surface, const double point[3], const double view[3],
                  double out[3]);
+
+/* What the ground plane lets through of what lies behind it. */
+void rt_ground_filter(struct rt_lighting *lighting, const struct rt_hit *hit,
+                      const struct rt_surface *surface, const double point[3], const double view[3],
+                      double filter[3]);
+/* The same by the light that arrives, and that which would without shadows. */
+void rt_ground_share(const struct rt_scene *scene, const double point[3], const double arriving[3],
+                     const double unshadowed[3], double filter[3]);
 
 #endif

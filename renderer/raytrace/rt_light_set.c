@@ -91,8 +91,7 @@ bool rt_light_set_init(struct rt_light_set *light_set, const struct rt_scene *sc
 {
     const struct scene_state *state = scene->state;
     const struct view *view = desc->view;
-    struct camera_window window = {
-        0, 0, view->width_px, view->height_px, view->width_px, view->height_px};
+    struct camera_window window = camera_window_whole(view->width_px, view->height_px);
     light_set->state = state;
     light_set->height_px = view->height_px;
     light_set->records = calloc(state->light_count + 1, sizeof *light_set->records);

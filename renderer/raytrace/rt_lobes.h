@@ -27,7 +27,8 @@ void rt_lobes_init(struct rt_lobes *lobes, const struct rt_surface *surface, con
 double rt_sheen_lobe(double alpha, double n_dot_h, double n_dot_l, double n_dot_v);
 
 /* The share of a uniform light from everywhere that fibres of colour 1 send to the viewer, from the
- * table that shaders have, too. roughness: [0, 1]. */
+ * table that shaders have, too. roughness: [0, 1]. Outside of this module, a test integrates it
+ * anew. */
 double rt_sheen_albedo(double n_dot_v, double roughness);
 
 /* The share of light from behind that fibres and coat let through towards the viewer. */

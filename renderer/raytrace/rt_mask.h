@@ -16,8 +16,8 @@ enum { RT_MASK_BLOCK = 8 }; /* texels a side */
 struct rt_mask {
     uint8_t (*bounds)[2]; /* owned; of each block and one texel more to the right and below; NULL:
                              there is no mask */
-    uint8_t (*alpha)[RT_MASK_BLOCK][RT_MASK_BLOCK]; /* owned; of each block, by row; 0 beyond the
-                                                       image */
+    /* Owned; of each block, by row; 0 beyond the image. */
+    uint8_t (*alpha)[RT_MASK_BLOCK][RT_MASK_BLOCK];
     uint32_t columns;
 };
 

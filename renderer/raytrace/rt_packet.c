@@ -41,26 +41,36 @@ static bool filters_all(const struct rt_packet *packet)
     return packet->wary || packet->scene->clip_plane_count || packet->scene->state->medium_count;
 }
 
+/* The hit's first members are the normal of the triangle, in an instance's own coordinates. */
+static void find_candidate_normal(const struct RTCFilterFunctionNArguments *args, unsigned i,
+                                  const struct rt_mesh *mesh, double normal[3])
+{
+    double given[3];
+    for (unsigned k = 0; k < 3; k++)
+        given[k] = (double)packet_float(args->hit, args->N, k, i);
+    for (int k = 0; k < 3; k++)
+        normal[k] = mesh->positions ? (mesh->is_mirrored ? -given[k] : given[k])
+                                    : vec3_dot(mesh->normal_matrix[k], given);
+}
+
 /* Whether a camera ray certainly ends at this opaque candidate, as most do: a face that looks its
  * way, beyond the near plane. Only the last of these is recomputed, when the packet is through. */
 static bool is_plain_end(const struct rt_packet *packet,
                          const struct RTCFilterFunctionNArguments *args, unsigned i,
-                         const struct rt_ray *ray, bool is_mirrored)
+                         const struct rt_ray *ray, const struct rt_mesh *mesh)
 {
     if (!ray->culls_back_faces || packet->scene->clip_plane_count)
         return false;
     double t = (double)packet_float(args->ray, args->N, RT_RAY_TFAR, i);
     if (t < ray->t_min * 1.0001 || t * 1.0001 > ray->t_max)
         return false;
-    double along = 0, square = 0;
-    for (unsigned k = 0; k < 3; k++) { /* the hit's first members are its normal */
-        double n = (double)packet_float(args->hit, args->N, k, i);
-        double d = (double)packet_float(args->ray, args->N, RT_RAY_DIRECTION + k, i);
+    double normal[3], along = 0, square = 0;
+    find_candidate_normal(args, i, mesh, normal);
+    for (unsigned k = 0; k < 3; k++) {
+        double n = normal[k], d = ray->direction[k];
         along += n * d;
         square += n * n * d * d;
     }
-    if (is_mirrored)
-        along = -along;
     return along < 0 && along * along > 1e-8 * square;
 }
 
@@ -82,14 +92,15 @@ static bool filter_lane(struct rt_packet *packet, const struct RTCFilterFunction
 {
     uint32_t first = ((const struct packet_context *)embree_context_of(args))->first;
     uint32_t lane = first + packet_word(args->ray, args->N, RT_RAY_ID, i);
-    const struct rt_candidate candidate = {packet_float(args->ray, args->N, RT_RAY_TFAR, i),
-                                           packet_word(args->hit, args->N, RT_HIT_MESH, i),
-                                           packet_word(args->hit, args->N, RT_HIT_TRIANGLE, i)};
+    const struct rt_candidate candidate = {
+        packet_float(args->ray, args->N, RT_RAY_TFAR, i),
+        rt_mesh_of_hit(packet_word(args->hit, args->N, RT_HIT_MESH, i),
+                       packet_word(args->hit, args->N, RT_HIT_INSTANCE, i)),
+        packet_word(args->hit, args->N, RT_HIT_TRIANGLE, i)};
     const struct rt_mesh *mesh = &packet->scene->meshes[candidate.mesh];
     if (mesh->class_ == STATE_TRANSPARENT && put_aside(packet, lane, &candidate))
         return false;
-    if (mesh->class_ == STATE_OPAQUE &&
-        is_plain_end(packet, args, i, &packet->rays[lane], mesh->is_mirrored))
+    if (mesh->class_ == STATE_OPAQUE && is_plain_end(packet, args, i, &packet->rays[lane], mesh))
         return true;
     return rt_scene_add_hit(packet->scene, &packet->rays[lane], candidate.mesh, candidate.triangle,
                             &packet->hits[lane]);
@@ -111,7 +122,7 @@ static uint32_t valid_lanes(const int *valid, unsigned n)
     return lanes;
 }
 
-/* Lanes are told by their ray id, because Embree also filters parts of a packet. */
+/* Lanes are known by their ray id, because Embree also filters parts of a packet. */
 static void filter_lanes(const struct RTCFilterFunctionNArguments *args)
 {
     struct rt_packet *packet = ((struct packet_context *)embree_context_of(args))->packet;
@@ -170,6 +181,14 @@ static inline void fill_lane(float *rays, unsigned width, unsigned lane, const s
     at[RT_RAY_TNEAR * width] = (float)(ray->t_min * (1 - slack));
     at[RT_RAY_TFAR * width] =
         ray->t_max < (double)FLT_MAX ? (float)(ray->t_max * (1 + slack)) : FLT_MAX;
+}
+
+/* Embree 3.13 as GCC 12 compiles it for AVX-512 never leaves its way for coherent rays to
+ * instances: of the mask of rays that are left it writes 16 bits and reads 64
+ * (docs/explanation/ray-tracing.md, "Meshes that nodes share"). */
+static bool may_be_coherent(const struct rt_scene *scene)
+{
+    return scene->shapes.count == 0;
 }
 
 /* Rays of the packet from `first` on, as many as fit. */
@@ -268,25 +287,30 @@ static void intersect_lanes(struct rt_packet *packet, struct packet_context *con
     struct rt_query *query = packet->query;
     const unsigned w = query->width;
     uint32_t *meshes = query->words + (RT_RAY_MEMBERS + RT_HIT_MESH) * w;
+    uint32_t *instances = query->words + (RT_RAY_MEMBERS + RT_HIT_INSTANCE) * w;
     uint32_t *triangles = query->words + (RT_RAY_MEMBERS + RT_HIT_TRIANGLE) * w;
     float *ends = query->floats + RT_RAY_TFAR * w;
     for (unsigned i = 0; i < w; i++)
-        meshes[i] = RTC_INVALID_GEOMETRY_ID;
+        meshes[i] = instances[i] = RTC_INVALID_GEOMETRY_ID;
     if (packet->scene->lanes == 16)
         embree_intersect16(query->valid, packet->scene->scene, &context->embree, &query->sixteen);
     else if (packet->scene->lanes == 8)
         embree_intersect8(query->valid, packet->scene->scene, &context->embree, &query->eight);
     for (unsigned i = 0; packet->scene->lanes == 1 && i < count; i++) {
-        struct RTCRayHit one = {.ray = lane_ray(query, i),
-                                .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
+        struct RTCRayHit one = {
+            .ray = lane_ray(query, i),
+            .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
         embree_intersect1(packet->scene->scene, &context->embree, &one);
         ends[i] = one.ray.tfar;
         meshes[i] = one.hit.geomID;
+        instances[i] = one.hit.instID[0];
         triangles[i] = one.hit.primID;
     }
     for (unsigned i = 0; i < count; i++)
         packet->ends[context->first + i] =
-            (struct rt_candidate){.t = ends[i], .mesh = meshes[i], .triangle = triangles[i]};
+            (struct rt_candidate){.t = ends[i],
+                                  .mesh = rt_mesh_of_hit(meshes[i], instances[i]),
+                                  .triangle = triangles[i]};
 }
 
 static void intersect(struct rt_packet *packet, bool is_filtering_all)
@@ -294,7 +318,7 @@ static void intersect(struct rt_packet *packet, bool is_filtering_all)
     struct packet_context context = {.packet = packet};
     const unsigned width = packet->query->width, count = (unsigned)packet->count;
     embree_context_init(&context.embree);
-    context.embree.is_coherent = true;
+    context.embree.is_coherent = may_be_coherent(packet->scene);
     if (is_filtering_all)
         context.embree.filter = filter_lanes;
     forget_hits(packet);
@@ -349,7 +373,7 @@ void rt_packet_occlude(struct rt_packet *packet)
     struct packet_context context = {.packet = packet};
     const unsigned width = packet->query->width, count = (unsigned)packet->count;
     embree_context_init(&context.embree);
-    context.embree.is_coherent = true;
+    context.embree.is_coherent = may_be_coherent(packet->scene);
     if (packet->scene->clip_plane_count)
         context.embree.filter = filter_lanes;
     forget_hits(packet);

@@ -21,6 +21,7 @@ enum {
     RT_RAY_MEMBERS = 12,
     RT_HIT_TRIANGLE = 5,
     RT_HIT_MESH = 6,
+    RT_HIT_INSTANCE = 7,
     RT_HIT_MEMBERS = 8,
 };
 

@@ -32,7 +32,7 @@ void rt_media_cross(const struct rt_scene *scene, const struct rt_hit *hit, doub
         sigma[k] += hit->is_front ? own[k] : -own[k];
 }
 
-void rt_media_attenuate(const double sigma[3], double length_m, double through[3])
+static void attenuate(const double sigma[3], double length_m, double through[3])
 {
     for (int k = 0; k < 3; k++)
         if (sigma[k] > 0)
@@ -44,7 +44,7 @@ void rt_media_pass(const double sigma[3], const struct rt_ray *ray, const double
 {
     double length = fmin(to, range[1]) - fmax(from, range[0]);
     if (length > 0)
-        rt_media_attenuate(sigma, length * vec3_length(ray->direction), through);
+        attenuate(sigma, length * vec3_length(ray->direction), through);
 }
 
 void rt_filter_unseen(const struct rt_scene *scene, const struct rt_hit *hit,

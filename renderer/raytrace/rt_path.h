@@ -16,11 +16,9 @@ void rt_media_at(const struct rt_scene *scene, const double point[3], struct rt_
 /* The same after crossing a hit along the ray; unchanged when its surface bounds no medium. */
 void rt_media_cross(const struct rt_scene *scene, const struct rt_hit *hit, double sigma[3]);
 
-/* Multiplies by exp(-sigma * length); a sum below zero counts as zero. */
-void rt_media_attenuate(const double sigma[3], double length_m, double through[3]);
-
-/* The same for the ray's way between two numbers of its direction's units, where it lies within
- * range (rt_scene_kept_range): what is cut away attenuates nothing. */
+/* Multiplies by exp(-sigma * length) for the ray's way between two numbers of its direction's
+ * units, where it lies within range (rt_scene_kept_range): what is cut away attenuates nothing. A
+ * sum below zero counts as zero. */
 void rt_media_pass(const double sigma[3], const struct rt_ray *ray, const double range[2],
                    double from, double to, double through[3]);
 

@@ -29,7 +29,7 @@ static void describe(const struct rt_scene *scene, const struct camera *camera,
     }
 }
 
-/* Drops what is not seen: hidden surfaces, and masked ones where they are cut out. */
+/* Drops what is not seen: hidden surfaces, masked ones where they are cut out, and the ground. */
 static size_t collect(const struct rt_scene *scene, const struct camera *camera,
                       const struct rt_ray *ray, struct rt_hits *hits, struct raytrace_layer *layers)
 {
@@ -37,8 +37,9 @@ static size_t collect(const struct rt_scene *scene, const struct camera *camera,
     rt_scene_collect(scene, ray, hits);
     for (size_t i = 0; i < hits->count; i++) {
         const struct rt_hit *hit = &hits->hits[i];
-        bool is_cut_out = scene->meshes[hit->mesh].item->class_ == STATE_MASKED && !hit->is_opaque;
-        if (!hit->is_hidden && !is_cut_out)
+        const struct rt_mesh *mesh = &scene->meshes[hit->mesh];
+        bool is_cut_out = mesh->class_ == STATE_MASKED && !hit->is_opaque;
+        if (!hit->is_hidden && !is_cut_out && !mesh->is_ground)
             describe(scene, camera, ray, hit, &layers[count++]);
     }
     return count;

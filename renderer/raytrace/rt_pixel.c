@@ -43,6 +43,16 @@ void rt_pixel_end_sample(struct rt_pixel *pixel, const double layers[3], const d
     pixel->covered += 1;
 }
 
+void rt_pixel_end_seen(struct rt_pixel *pixel, const struct rt_seen *seen)
+{
+    for (int k = 0; k < 3; k++) {
+        pixel->color[k] += seen->radiance[k];
+        pixel->behind[k] += seen->is_bare ? 0 : seen->open[k];
+    }
+    pixel->color[3] += 1 - (seen->open[0] + seen->open[1] + seen->open[2]) / 3;
+    pixel->covered += !seen->is_bare;
+}
+
 static void write_over(const struct rt_pixel *pixel, const struct view *view, int samples,
                        float out[4])
 {

@@ -2,9 +2,11 @@
 /* Production: tiles of the picture in batches of surfaces. Camera rays in packets find what each
  * pixel shows; light clusters say which lights to ask; shadow rays wait in a queue until they can
  * go in packets to one light. */
+#include <math.h>
 #include <stdlib.h>
 
 #include "renderer/base/matrix.h"
+#include "renderer/base/sample_pattern.h"
 #include "renderer/raytrace/rt_batch.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_path.h"
@@ -28,21 +30,23 @@ struct tracer { /* one thread's */
     uint64_t camera_rays;
 };
 
-/* The standard pattern of 4, as GL and Vulkan have it (y counts down in our pictures): the one that
- * the rasteriser asks its device for. Other numbers are a regular grid. */
-static void place_samples(struct shared *shared, int side)
+/* Four and eight, whose pixels have one part, lie where the rasteriser has them (y counts down in
+ * our pictures). Other numbers are a regular grid. */
+static void place_samples(struct shared *shared, int samples)
 {
-    static const double standard[4][2] = {
-        {0.375, 0.875}, {0.875, 0.625}, {0.125, 0.375}, {0.625, 0.125}};
-    side = side ? side : 1;
+    shared->samples = samples ? samples : 1;
+    bool has_pattern = samples == 4 || samples == 8;
+    int side = has_pattern ? 1 : (int)lround(sqrt(shared->samples));
     int parts = (side + 1) / 2; /* a side; four samples share a surface's shading, and its texels */
-    shared->samples = side * side;
     shared->parts_per_side = parts;
     for (int s = 0; s < shared->samples; s++) {
         int column = s % side, row = s / side;
-        shared->parts[s] = row * parts / side * parts + column * parts / side;
-        shared->positions[s][0] = side == 2 ? standard[s][0] : (column + 0.5) / side;
-        shared->positions[s][1] = side == 2 ? standard[s][1] : (row + 0.5) / side;
+        double place[2] = {(column + 0.5) / side, 1 - (row + 0.5) / side};
+        if (has_pattern)
+            sample_pattern_place(samples, s, place);
+        shared->parts[s] = has_pattern ? 0 : row * parts / side * parts + column * parts / side;
+        shared->positions[s][0] = place[0];
+        shared->positions[s][1] = 1 - place[1];
     }
 }
 
@@ -112,7 +116,8 @@ static void trace_tiles(void *worker)
         break;
     }
     atomic_fetch_add(&job->camera_rays, tracer->camera_rays);
-    atomic_fetch_add(&job->shadow_rays, tracer->batch.shadow_rays);
+    atomic_fetch_add(&job->shadow_rays,
+                     tracer->batch.shadow_rays + tracer->batch.walker.lighting.shadow_rays);
     atomic_fetch_add(&job->surfaces, tracer->batch.surfaces);
     atomic_fetch_add(&job->lights_listed, tracer->batch.lights_listed);
     atomic_fetch_add(&job->lights_reaching, tracer->batch.lights_reaching);
@@ -182,7 +187,7 @@ bool rt_production_render(struct rt_job *job, struct error *err)
         return error_set(err, ERROR_NO_MEMORY, "ray tracing");
     shared->columns = (job->image->width_px + TILE_PX - 1) / TILE_PX;
     shared->rows = (job->image->height_px + TILE_PX - 1) / TILE_PX;
-    place_samples(shared, desc->samples_per_side);
+    place_samples(shared, desc->samples);
     job->unit_count = shared->columns * shared->rows;
     job->shared = shared;
     bool ok = rt_light_set_init(&shared->light_set, job->scene, desc, err) &&

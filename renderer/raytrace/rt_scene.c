@@ -49,7 +49,7 @@ static uint32_t sampled_slots(const struct rt_scene *scene, const struct rt_mesh
 }
 
 static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
-                      const struct state_item *item, enum view_blend_filter blend)
+                      const struct state_item *item, const struct view_quality *quality)
 {
     const struct state_geometry geometry = state_geometry_of(scene->state, item);
     const struct state_material *material = &scene->state->materials[item->material];
@@ -59,7 +59,9 @@ static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
     mesh->class_ = item->class_;
     mesh->is_mirrored = item->is_mirrored;
     mesh->is_medium = item->is_medium;
+    mesh->bend = quality->refraction == VIEW_REFRACTION_OFF ? STATE_BEND_NONE : item->bend;
     mesh->is_double_sided = m->flags & SCENE_MATERIAL_DOUBLE_SIDED;
+    mesh->is_ground = item->is_ground;
     mesh->material = m;
     mesh->node = item->node;
     mesh->no_self_shadow = material->no_self_shadow;
@@ -72,9 +74,12 @@ static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
     mesh->tangents =
         geometry.tangents ? geometry.tangents + 4 * (size_t)geometry.primitive->first_vertex : NULL;
     mesh->world = geometry.world;
+    mesh->local = geometry.positions + 3 * (size_t)geometry.primitive->first_vertex;
+    mesh->origin = scene->origin;
+    mesh->fits = scene->shapes.of_item && rt_shape_fits(scene->state, item);
     find_normal_matrix(geometry.world, item->is_mirrored, mesh->normal_matrix);
     mesh->slots = sampled_slots(scene, mesh);
-    mesh->is_filter_plain = rt_surface_plain_filter(mesh, blend, mesh->filter);
+    mesh->is_filter_plain = rt_surface_plain_filter(mesh, quality->blend_filter, mesh->filter);
 }
 
 /* FNV-1a by words: of the geometry alone, so that a change of colours keeps it. */
@@ -144,8 +149,28 @@ static void place_vertices(const struct rt_scene *scene, struct rt_mesh *mesh,
     }
 }
 
-static bool add_mesh(struct rt_scene *scene, const struct state_item *item,
-                     enum view_blend_filter blend, struct error *err)
+static bool add_instance(struct rt_scene *scene, const struct state_item *item, size_t shape,
+                         const struct view_quality *quality, struct error *err)
+{
+    struct rt_mesh *mesh = &scene->meshes[scene->mesh_count++];
+    bind_item(scene, mesh, item, quality);
+    mesh->place = place_key(scene->state, item);
+    RTCScene shared =
+        rt_shape_take(&scene->shapes, shape, scene->device, scene->state, item, rt_packet_filter);
+    if (!shared)
+        return error_set(err, ERROR_NO_MEMORY, "ray tracing %u vertices",
+                         mesh->primitive->vertex_count);
+    RTCGeometry instance = rtcNewGeometry(scene->device, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(instance, shared);
+    rt_shape_place(instance, mesh->world, scene->origin);
+    rtcCommitGeometry(instance);
+    rtcAttachGeometryByID(scene->scene, instance, (unsigned)(scene->mesh_count - 1));
+    rtcReleaseGeometry(instance);
+    return true;
+}
+
+static bool add_own_mesh(struct rt_scene *scene, const struct state_item *item,
+                         const struct view_quality *quality, struct error *err)
 {
     const struct state_geometry from = state_geometry_of(scene->state, item);
     const struct scene_primitive *p = from.primitive;
@@ -158,7 +183,7 @@ static bool add_mesh(struct rt_scene *scene, const struct state_item *item,
                                                 RTC_FORMAT_UINT3, 12, p->index_count / 3);
     scene->mesh_count++;
     scene->vertex_bytes += p->vertex_count * sizeof *mesh->positions;
-    bind_item(scene, mesh, item, blend);
+    bind_item(scene, mesh, item, quality);
     if (!mesh->positions || !vertices || !indices) {
         rtcReleaseGeometry(geometry);
         return error_set(err, ERROR_NO_MEMORY, "ray tracing %u vertices", p->vertex_count);
@@ -174,6 +199,15 @@ static bool add_mesh(struct rt_scene *scene, const struct state_item *item,
     rtcAttachGeometryByID(scene->scene, geometry, (unsigned)(scene->mesh_count - 1));
     rtcReleaseGeometry(geometry);
     return true;
+}
+
+static bool add_mesh(struct rt_scene *scene, const struct state_item *item,
+                     const struct view_quality *quality, struct error *err)
+{
+    const uint32_t *shapes = scene->shapes.of_item;
+    uint32_t shape = shapes ? shapes[item - scene->state->items] : 0;
+    return shape ? add_instance(scene, item, shape - 1, quality, err)
+                 : add_own_mesh(scene, item, quality, err);
 }
 
 static bool add_mask(struct rt_scene *scene, const struct state_item *item, struct error *err)
@@ -192,13 +226,24 @@ static bool add_mask(struct rt_scene *scene, const struct state_item *item, stru
                         from->height_px, err);
 }
 
+/* Farther than any two surfaces are apart; of the ground, as far as shadows on it are seen. */
+static double find_size(const struct scene_state *state)
+{
+    const struct state_ground_plane *ground = &state->ground_plane;
+    double diagonal[3];
+    vec3_sub(state->bounds_max, state->bounds_min, diagonal);
+    const double size = 4 * vec3_length(diagonal);
+    if (!ground->is_there)
+        return size;
+    double above = fabs(state->bounds_max[1] - ground->center[1]);
+    return fmax(size, hypot(ground->reach_m, above) + vec3_length(diagonal));
+}
+
 static void bind_view(struct rt_scene *scene, const struct scene_state *state,
                       const struct view *view)
 {
-    double diagonal[3];
-    vec3_sub(state->bounds_max, state->bounds_min, diagonal);
     scene->state = state;
-    scene->size_m = 4 * vec3_length(diagonal);
+    scene->size_m = find_size(state);
     scene->clip_planes = view->clip_planes;
     scene->clip_plane_count = view->clip_plane_count;
     scene->cuts = view->cuts;
@@ -206,16 +251,30 @@ static void bind_view(struct rt_scene *scene, const struct scene_state *state,
         rt_images_find(state->scene, scene->images);
 }
 
+/* Rays that start on a surface, with directions in which it is seen edge on, meet another set of
+ * triangles in a hierarchy that was moved than in one that was built, now and then one. Views with
+ * such rays trace hierarchies that were built, so that what was kept changes no bit. */
+static bool has_bends(const struct scene_state *state, const struct view *view)
+{
+    if (view->quality.refraction == VIEW_REFRACTION_OFF)
+        return false;
+    for (size_t i = 0; i < state->item_count; i++)
+        if (state->items[i].casts_shadow && state->items[i].bend != STATE_BEND_NONE)
+            return true;
+    return false;
+}
+
 bool rt_scene_rebind(struct rt_scene *scene, const struct scene_state *state,
                      const struct view *view)
 {
-    if (!scene->scene || scene->key != geometry_key(state))
+    if (!scene->scene || scene->key != geometry_key(state) ||
+        (scene->is_dynamic && has_bends(state, view)))
         return false;
     bind_view(scene, state, view);
     size_t mesh = 0;
     for (size_t i = 0; i < state->item_count; i++)
-        if (state->items[i].casts_shadow)
-            bind_item(scene, &scene->meshes[mesh++], &state->items[i], view->quality.blend_filter);
+        if (state_item_is_traced(&state->items[i]))
+            bind_item(scene, &scene->meshes[mesh++], &state->items[i], &view->quality);
     return true;
 }
 
@@ -240,10 +299,30 @@ static bool has_same_constants(const struct rt_scene *scene, const struct scene_
            wanted.origin[1] == scene->origin[1] && wanted.origin[2] == scene->origin[2];
 }
 
+/* Where it is elsewhere than before. */
+static void move_mesh(struct rt_scene *scene, const struct state_item *item, unsigned id)
+{
+    struct rt_mesh *mesh = &scene->meshes[id];
+    uint64_t place = place_key(scene->state, item);
+    if (place == mesh->place)
+        return;
+    RTCGeometry geometry = rtcGetGeometry(scene->scene, id);
+    if (mesh->positions) {
+        const struct state_geometry from = state_geometry_of(scene->state, item);
+        place_vertices(scene, mesh, &from,
+                       rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0));
+        rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+    } else {
+        rt_shape_place(geometry, mesh->world, scene->origin);
+    }
+    rtcCommitGeometry(geometry);
+    mesh->place = place;
+}
+
 bool rt_scene_move(struct rt_scene *scene, const struct scene_state *state, const struct view *view)
 {
     if (!scene->scene || scene->structure != structure_key(state) ||
-        !has_same_constants(scene, state))
+        !has_same_constants(scene, state) || has_bends(state, view))
         return false;
     bind_view(scene, state, view);
     if (!scene->is_dynamic) { /* from now on each mesh has a hierarchy of its own, which stays */
@@ -256,21 +335,14 @@ bool rt_scene_move(struct rt_scene *scene, const struct scene_state *state, cons
     unsigned id = 0;
     for (size_t i = 0; i < state->item_count; i++) {
         const struct state_item *item = &state->items[i];
-        if (!item->casts_shadow)
+        if (!state_item_is_traced(item))
             continue;
         struct rt_mesh *mesh = &scene->meshes[id];
-        bind_item(scene, mesh, item, view->quality.blend_filter);
-        uint64_t place = place_key(state, item);
-        if (place != mesh->place) {
-            const struct state_geometry from = state_geometry_of(state, item);
-            RTCGeometry geometry = rtcGetGeometry(scene->scene, id);
-            place_vertices(scene, mesh, &from,
-                           rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0));
-            rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
-            rtcCommitGeometry(geometry);
-            mesh->place = place;
-        }
-        id++;
+        bool fitted = mesh->fits;
+        bind_item(scene, mesh, item, &view->quality);
+        if (mesh->fits != fitted) /* a new scene would share otherwise */
+            return false;
+        move_mesh(scene, item, id++);
     }
     rtcCommitScene(scene->scene);
     if (rtcGetDeviceError(scene->device) != RTC_ERROR_NONE)
@@ -312,6 +384,8 @@ bool rt_scene_init(struct rt_scene *scene, const struct scene_state *state, cons
         error_set(err, ERROR_NO_MEMORY, "ray tracing %zu drawables", state->item_count);
         goto fail;
     }
+    if (!rt_shapes_init(&scene->shapes, state, err))
+        goto fail;
     rtcSetDeviceMemoryMonitorFunction(scene->device, count_memory, scene);
     scene->lanes =
         rtcGetDeviceProperty(scene->device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)  ? 16
@@ -321,8 +395,8 @@ bool rt_scene_init(struct rt_scene *scene, const struct scene_state *state, cons
     rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST | EMBREE_SCENE_FILTERS);
     rtcSetSceneBuildQuality(scene->scene, RTC_BUILD_QUALITY_MEDIUM); /* no spatial splits */
     for (size_t i = 0; i < state->item_count; i++)
-        if (state->items[i].casts_shadow &&
-            (!add_mesh(scene, &state->items[i], view->quality.blend_filter, err) ||
+        if (state_item_is_traced(&state->items[i]) &&
+            (!add_mesh(scene, &state->items[i], &view->quality, err) ||
              !add_mask(scene, &state->items[i], err)))
             goto fail;
     rtcCommitScene(scene->scene);
@@ -342,6 +416,7 @@ void rt_scene_finish(struct rt_scene *scene)
 {
     if (scene->scene)
         rtcReleaseScene(scene->scene);
+    rt_shapes_finish(&scene->shapes);
     if (scene->device)
         rtcReleaseDevice(scene->device);
     for (size_t i = 0; scene->meshes && i < scene->mesh_count; i++)
@@ -359,12 +434,11 @@ void rt_scene_finish(struct rt_scene *scene)
  * their own would leave cracks. False for a triangle seen edge-on. */
 static bool refine_hit(const struct rt_mesh *mesh, const struct rt_ray *ray, struct rt_hit *hit)
 {
-    const uint32_t *index = mesh->triangles + 3 * (size_t)hit->triangle;
-    const double(*v)[3] = (const double(*)[3])mesh->positions;
-    double e1[3], e2[3], across[3], from[3], q[3];
-    vec3_sub(v[index[1]], v[index[0]], e1);
-    vec3_sub(v[index[2]], v[index[0]], e2);
-    vec3_sub(ray->origin, v[index[0]], from);
+    double v[3][3], e1[3], e2[3], across[3], from[3], q[3];
+    rt_mesh_corners(mesh, hit->triangle, v);
+    vec3_sub(v[1], v[0], e1);
+    vec3_sub(v[2], v[0], e2);
+    vec3_sub(ray->origin, v[0], from);
     vec3_cross(ray->direction, e2, across);
     double det = vec3_dot(e1, across); /* the normal against the ray, times its length */
     if (!(fabs(det) > DBL_MIN))        /* its inverse is finite */
@@ -381,11 +455,10 @@ static bool refine_hit(const struct rt_mesh *mesh, const struct rt_ray *ray, str
 void rt_scene_normal(const struct rt_scene *scene, const struct rt_hit *hit, double normal[3])
 {
     const struct rt_mesh *mesh = &scene->meshes[hit->mesh];
-    const uint32_t *index = mesh->triangles + 3 * (size_t)hit->triangle;
-    const double(*v)[3] = (const double(*)[3])mesh->positions;
-    double e1[3], e2[3];
-    vec3_sub(v[index[1]], v[index[0]], e1);
-    vec3_sub(v[index[2]], v[index[0]], e2);
+    double v[3][3], e1[3], e2[3];
+    rt_mesh_corners(mesh, hit->triangle, v);
+    vec3_sub(v[1], v[0], e1);
+    vec3_sub(v[2], v[0], e2);
     vec3_cross(e1, e2, normal);
     double length = vec3_length(normal);
     double scale = length > 0 ? (mesh->is_mirrored ? -1 : 1) / length : 0;
@@ -455,27 +528,37 @@ static bool ends_rays(const struct rt_scene *scene, const struct rt_mesh *mesh,
            (mesh->class_ == STATE_MASKED && rt_surface_is_solid(scene, hit));
 }
 
+/* Of a mask that transmits. The borders of media are crossed there, too, or they would not close.
+ */
+static bool is_in_hole(const struct rt_scene *scene, const struct rt_mesh *mesh,
+                       const struct rt_hit *hit)
+{
+    return mesh->class_ == STATE_TRANSPARENT && mesh->material->alpha_mode == SCENE_MASK &&
+           !mesh->is_medium && !rt_surface_is_solid(scene, hit);
+}
+
 bool rt_scene_add_hit(const struct rt_scene *scene, const struct rt_ray *ray, uint32_t mesh,
                       uint32_t triangle, struct rt_hits *hits)
 {
     const struct rt_mesh *m = &scene->meshes[mesh];
     if (mesh == ray->skip_mesh && triangle == ray->skip_triangle)
         return false;
-    if (ray->only_media && !m->is_medium)
+    if ((ray->only_media && !m->is_medium) || (m->is_ground && !ray->culls_back_faces))
         return false;
     struct rt_hit *hit = &hits->hits[hits->count]; /* filled in its place */
     hit->mesh = mesh;
     hit->triangle = triangle;
-    if (!refine_hit(m, ray, hit) || hit->t <= 0 || hit->t >= ray->t_max)
+    if (!refine_hit(m, ray, hit) || hit->t <= 0 || hit->t >= ray->t_max ||
+        is_in_hole(scene, m, hit))
         return false;
     /* a medium entered before the camera's near plane is entered all the same */
-    if (hit->t <= ray->t_min && !(m->is_medium && ray->culls_back_faces))
+    if (hit->t <= ray->t_min && (ray->is_bent || !(m->is_medium && ray->culls_back_faces)))
         return false;
     bool is_cut = ray->only_media || hit->t <= ray->t_min ||
                   (!m->item->cap && is_clipped(scene, ray, hit->t));
     hit->is_hidden = is_cut || !is_drawn(m, ray, hit);
     hit->is_left_unseen = hit->is_hidden && !is_cut;
-    if (hit->is_hidden && !m->is_medium)
+    if (hit->is_hidden && !m->is_medium && !(hit->is_left_unseen && m->bend == STATE_BEND_SOLID))
         return false;
     if (hits->count == RT_HITS_MAX) {
         hits->has_overflowed = true;
@@ -493,7 +576,8 @@ static void on_hit(const struct RTCFilterFunctionNArguments *args)
     struct collect_context *context = (struct collect_context *)embree_context_of(args);
     const struct RTCHit *hit = (const struct RTCHit *)args->hit;
     bool ends =
-        rt_scene_add_hit(context->scene, context->ray, hit->geomID, hit->primID, context->hits);
+        rt_scene_add_hit(context->scene, context->ray, rt_mesh_of_hit(hit->geomID, hit->instID[0]),
+                         hit->primID, context->hits);
     args->valid[0] = ends ? -1 : 0;
 }
 
@@ -521,13 +605,13 @@ static bool is_same_point(const double a[3], const double b[3])
 static int count_shared_corners(const struct rt_scene *scene, const struct rt_hit *a,
                                 const struct rt_hit *b)
 {
-    const uint32_t *index = scene->meshes[a->mesh].triangles;
-    const double(*position)[3] = (const double(*)[3])scene->meshes[a->mesh].positions;
+    double of_a[3][3], of_b[3][3];
     int shared = 0;
+    rt_mesh_corners(&scene->meshes[a->mesh], a->triangle, of_a);
+    rt_mesh_corners(&scene->meshes[a->mesh], b->triangle, of_b);
     for (size_t i = 0; i < 3; i++)
         for (size_t j = 0; j < 3; j++)
-            shared += is_same_point(position[index[3 * (size_t)a->triangle + i]],
-                                    position[index[3 * (size_t)b->triangle + j]]);
+            shared += is_same_point(of_a[i], of_b[j]);
     return shared;
 }
 

@@ -5,19 +5,25 @@
 #define VITRAIL_RENDERER_RAYTRACE_RT_SCENE_H
 
 #include <stdatomic.h>
+#include <string.h>
 
 #include "renderer/raytrace/embree.h"
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_mask.h"
+#include "renderer/raytrace/rt_shape.h"
 #include "renderer/raytrace/rt_texture.h"
 #include "renderer/scene/scene_state.h"
 
 struct rt_mesh { /* one state item, triangles only */
     const struct state_item *item;
-    double (*positions)[3];    /* relative to rt_scene.origin */
+    double (*positions)[3];    /* owned; relative to rt_scene.origin. NULL: it is an instance */
+    const float *local;        /* the mesh's first vertex; borrowed from the scene */
+    const double *origin;      /* rt_scene.origin */
     const uint32_t *triangles; /* three numbers of positions each; borrowed from the scene */
     /* what each hit asks for, at hand */
     enum state_class class_;
-    bool is_mirrored, is_medium, is_double_sided;
+    bool is_mirrored, is_medium, is_double_sided, is_ground;
+    enum state_bend bend;                    /* NONE where the view wants none */
     const struct scene_material *material;   /* of the state */
     const struct scene_primitive *primitive; /* a cap's own */
     const struct scene *streams;             /* texture coordinates and colours ... */
@@ -26,6 +32,7 @@ struct rt_mesh { /* one state item, triangles only */
     const double *world;                     /* 4 x 4: of tangents to world */
     double normal_matrix[3][3];              /* of normals to world, up to a positive scale */
     uint64_t place;                          /* key of where its vertices are */
+    bool fits;                               /* rt_shape_fits */
     uint32_t node;
     bool no_self_shadow, cast_once; /* of the material */
     uint32_t slots;                 /* 1 << enum scene_texture_slot: those that are sampled */
@@ -41,12 +48,40 @@ static inline void rt_mesh_triangle(const struct rt_mesh *mesh, uint32_t triangl
         vertices[k] = mesh->first_vertex + mesh->triangles[3 * (size_t)triangle + k];
 }
 
+/* A vertex of the mesh, by the numbers of its triangles, relative to rt_scene.origin. */
+static inline void rt_mesh_vertex(const struct rt_mesh *mesh, uint32_t vertex, double out[3])
+{
+    if (mesh->positions) {
+        memcpy(out, mesh->positions[vertex], sizeof *mesh->positions);
+        return;
+    }
+    const float *p = mesh->local + 3 * (size_t)vertex;
+    double world[3];
+    mat4_transform_point(mesh->world, (const double[3]){(double)p[0], (double)p[1], (double)p[2]},
+                         world);
+    vec3_sub(world, mesh->origin, out);
+}
+
+static inline void rt_mesh_corners(const struct rt_mesh *mesh, uint32_t triangle,
+                                   double corners[3][3])
+{
+    for (size_t k = 0; k < 3; k++)
+        rt_mesh_vertex(mesh, mesh->triangles[3 * (size_t)triangle + k], corners[k]);
+}
+
+/* The mesh of what Embree hit: an instance's, or a geometry of the scene itself. */
+static inline uint32_t rt_mesh_of_hit(uint32_t geometry, uint32_t instance)
+{
+    return instance == RTC_INVALID_GEOMETRY_ID ? geometry : instance;
+}
+
 struct rt_scene {
     const struct scene_state *state;
     RTCDevice device;
     RTCScene scene;
-    struct rt_mesh *meshes; /* by Embree geometry id */
+    struct rt_mesh *meshes; /* by the id of a geometry or an instance in Embree's scene */
     size_t mesh_count;
+    struct rt_shapes shapes;
     struct rt_mask *masks; /* by image; of those that masked materials take their alpha from */
     size_t mask_count;
     uint64_t key;       /* of the geometry: what the Embree scene was built from */
@@ -73,7 +108,8 @@ struct rt_hit {
     bool is_front;       /* the ray's origin sees the front face */
     bool is_opaque;      /* ends the ray: opaque, or masked with enough alpha, and not hidden */
     bool is_hidden;      /* not drawn (a culled face, or clipped away): it only bounds its medium */
-    bool is_left_unseen; /* hidden as the culled face of a medium: what leaves there is filtered */
+    bool is_left_unseen; /* hidden as the culled face of a medium, or of a solid that refracts: what
+                            leaves there is filtered */
 };
 
 /* Every hit of one ray with t in (t_min, t_max), nearest first; opaque surfaces end the list. */
@@ -91,6 +127,7 @@ struct rt_ray {
     double t_min, t_max;
     bool culls_back_faces;             /* of single-sided materials: it is a camera ray, which all
                                           clip planes cut */
+    bool is_bent;                      /* it began at a surface: nothing before t_min counts */
     bool only_media;                   /* through everything, keeping surfaces of media */
     uint32_t skip_mesh, skip_triangle; /* the triangle that the ray starts on; UINT32_MAX: none */
     uint32_t excluded_node; /* a node, and one, whose filters and media do not count; 0: none */
@@ -128,7 +165,8 @@ static inline void rt_scene_prefetch(const struct rt_scene *scene, uint32_t mesh
         return;
     }
     for (int k = 0; k < 3; k++)
-        __builtin_prefetch(m->positions[index[k]]);
+        __builtin_prefetch(m->positions ? (const void *)m->positions[index[k]]
+                                        : m->local + 3 * (size_t)index[k]);
 }
 
 /* Adds a candidate triangle to the hits, recomputed in f64, if the ray counts it. Returns whether

@@ -88,6 +88,10 @@ static void light_media(struct rt_shadow_rays *rays, const struct rt_shadow_job 
 {
     const struct rt_light_set *light_set = rays->light_set;
     struct rt_arrival arrival = job_arrival(job);
+    if (!isfinite(job->distance_m)) { /* no medium ends there */
+        sigma[0] = sigma[1] = sigma[2] = 0;
+        return;
+    }
     if (light_set->sigma && light_set->records[job->light].samples == 1) {
         memcpy(sigma, light_set->sigma[job->light], 3 * sizeof *sigma);
         return;
@@ -130,7 +134,8 @@ void rt_shadow_pack(const double t[3], uint32_t words[2])
     words[1] = (uint32_t)(packed >> 32);
 }
 
-static void trace(struct rt_shadow_rays *rays, const struct rt_shadow_job *jobs, size_t count)
+void rt_shadow_rays_trace(struct rt_shadow_rays *rays, const struct rt_shadow_job *jobs,
+                          size_t count, double (*passed)[3])
 {
     struct rt_packet *packet = &rays->packet;
     packet->count = (int)count;
@@ -139,20 +144,26 @@ static void trace(struct rt_shadow_rays *rays, const struct rt_shadow_job *jobs,
     rt_packet_occlude(packet);
     for (size_t i = 0; i < count; i++) {
         const struct rt_hits *hits = &packet->hits[i];
-        double transmittance[3] = {1, 1, 1}, sigma[3];
+        double *transmittance = passed[i], sigma[3];
+        transmittance[0] = transmittance[1] = transmittance[2] = packet->is_occluded[i] ? 0 : 1;
         rays->has_overflowed |= hits->has_overflowed;
-        if (packet->is_occluded[i]) {
-            transmittance[0] = transmittance[1] = transmittance[2] = 0;
-        } else if (hits->count || rays->scene->state->medium_count) {
-            light_media(rays, &jobs[i], sigma);
-            rt_path_transmittance(rays->scene, hits, &packet->rays[i], sigma, rays->blend,
-                                  transmittance);
-            if (rays->scene->state->medium_count)
-                attenuate_leap(rays, &jobs[i], &packet->rays[i], hits, sigma, transmittance);
-        }
-        rt_shadow_pack(transmittance, rays->filters[jobs[i].filter]);
+        if (packet->is_occluded[i] || !(hits->count || rays->scene->state->medium_count))
+            continue;
+        light_media(rays, &jobs[i], sigma);
+        rt_path_transmittance(rays->scene, hits, &packet->rays[i], sigma, rays->blend,
+                              transmittance);
+        if (rays->scene->state->medium_count)
+            attenuate_leap(rays, &jobs[i], &packet->rays[i], hits, sigma, transmittance);
     }
     rays->ray_count += count;
+}
+
+static void trace(struct rt_shadow_rays *rays, const struct rt_shadow_job *jobs, size_t count)
+{
+    double passed[RT_LANES][3];
+    rt_shadow_rays_trace(rays, jobs, count, passed);
+    for (size_t i = 0; i < count; i++)
+        rt_shadow_pack(passed[i], rays->filters[jobs[i].filter]);
 }
 
 void rt_shadow_rays_add(struct rt_shadow_rays *rays, const struct rt_shadow_job *job)

@@ -41,6 +41,11 @@ void rt_shadow_rays_add(struct rt_shadow_rays *rays, const struct rt_shadow_job 
 /* Traces all that wait. */
 void rt_shadow_rays_flush(struct rt_shadow_rays *rays);
 
+/* Traces at most RT_LANES rays at once; passed: out, the transmittance of each. A ray to infinity
+ * needs no light. */
+void rt_shadow_rays_trace(struct rt_shadow_rays *rays, const struct rt_shadow_job *jobs,
+                          size_t count, double (*passed)[3]);
+
 /* As shaders/shadows/shadow_traced.glsl reads it: relative error 2^-19 of the largest channel. */
 void rt_shadow_pack(const double transmittance[3], uint32_t words[2]);
 

@@ -7,42 +7,18 @@
 #include "renderer/base/wall_clock.h"
 #include "renderer/raytrace/raytrace_shadows.h"
 #include "renderer/raytrace/rt_emitter.h"
-#include "renderer/raytrace/rt_job.h"
-#include "renderer/raytrace/rt_shadow_rays.h"
-#include "renderer/raytrace/rt_terminator.h"
-#include "shaders/shared/layout.h"
+#include "renderer/raytrace/rt_shadow_points.h"
 
-#include "shaders/shared/records.h"
-
-enum { TILE_PX = 16 };
-
-/* What rasterised positions are off by: of their distance from the eye, as shadow_query.glsl has
- * it; and of a pixel's width, on surfaces that lean, since rasterisers snap vertices to 1/256 of a
- * pixel in both directions. */
-static const double EYE_ROUNDING = 5e-7, SNAPPING = 1 / 256.0;
-
-struct raytrace_shadows {
-    struct raytrace_desc desc;
-    struct rt_scene own, *scene;
-    struct rt_light_set light_set;
-    uint32_t *filters; /* of each light at a point: one, or those of an area light's points; 0: it
-                          is not shadowed */
-    uint32_t filters_max;
-    double farthest_m; /* from the eye: no surface is farther */
-};
-
-struct shared { /* by the threads of one slice */
+struct shared { /* by the threads of one chunk */
     const struct raytrace_shadows *shadows;
     const struct raytrace_shadow_points *points;
-    struct raytrace_shadow_slice *slice;
+    struct raytrace_shadow_chunk *chunk;
     atomic_size_t *filter_count;
-    int columns;
 };
 
 struct worker {
-    struct rt_job *job;
+    struct rt_point_worker base; /* first */
     const struct shared *shared;
-    struct rt_shadow_rays rays;
 };
 
 /* Some entries of a list that is the prefix of the clusters and one cluster's own entries. */
@@ -68,165 +44,23 @@ static struct light_run cut_list(const struct clusters *clusters, uint32_t clust
     return run;
 }
 
-/* oct32 of shaders/base/pack.glsl. */
-static void unpack_unit(uint32_t word, float out[3])
-{
-    float x = fmaxf((float)(int16_t)(word & 0xffff) / 32767, -1);
-    float y = fmaxf((float)(int16_t)(word >> 16) / 32767, -1);
-    float z = 1 - fabsf(x) - fabsf(y);
-    if (z < 0) {
-        float wrapped = (1 - fabsf(y)) * (x >= 0 ? 1.0f : -1.0f);
-        y = (1 - fabsf(x)) * (y >= 0 ? 1.0f : -1.0f);
-        x = wrapped;
-    }
-    float inverse = 1 / sqrtf(x * x + y * y + z * z);
-    out[0] = x * inverse;
-    out[1] = y * inverse;
-    out[2] = z * inverse;
-}
-
 /* Of a shadow_point: view space looks along -z. */
 static double view_depth(const struct shadow_point *point)
 {
     return -(double)point->position_offset.v[2];
 }
 
-/* A position or direction of view space, along the world's axes. */
-static void turn_to_world(const struct camera *camera, const float v[3], double out[3])
-{
-    for (int k = 0; k < 3; k++)
-        out[k] = camera->right[k] * (double)v[0] + camera->up[k] * (double)v[1] +
-                 camera->back[k] * (double)v[2];
-}
-
-static const double SAME_NORMAL = 1 - 1e-6; /* cosine: what 16 bits a coordinate leave */
-
-static void unpack_normal(const struct camera *camera, uint32_t word, float out[3])
-{
-    float unit[3];
-    double world[3];
-    unpack_unit(word, unit);
-    turn_to_world(camera, unit, world);
-    for (int k = 0; k < 3; k++)
-        out[k] = (float)world[k];
-}
-
 static uint32_t find_cluster(const struct raytrace_shadow_points *points,
                              const struct clusters *clusters, const struct shadow_point *point)
 {
-    uint32_t width = (uint32_t)points->width;
-    return (uint32_t)clusters_find(clusters, (int)(point->pixel % width),
-                                   (int)(point->pixel / width), (float)view_depth(point));
-}
-
-static double farthest_from_eye(const struct raytrace_desc *desc)
-{
-    const struct scene_state *state = desc->state;
-    double offset[3];
-    if (!(state->bounds_min[0] <= state->bounds_max[0]))
-        return 0;
-    for (int k = 0; k < 3; k++)
-        offset[k] = fmax(fabs(state->bounds_min[k] - desc->camera->eye[k]),
-                         fabs(state->bounds_max[k] - desc->camera->eye[k]));
-    return vec3_length(offset);
-}
-
-/* Where a pane is seen edge on, the middle of a pixel that it covers in part may show the pane's
- * plane far behind the scene, or behind its horizon. */
-static void keep_in_scene(const struct raytrace_shadows *shadows, double from_eye[3])
-{
-    double distance = vec3_length(from_eye);
-    for (int k = 0; k < 3 && !(distance <= shadows->farthest_m); k++)
-        from_eye[k] *= shadows->farthest_m / distance;
-}
-
-struct point_light { /* a point, and what all its rays share */
-    struct rt_shadow_job job;
-    float normal[3]; /* for shading */
-    double footprint_m;
-    uint32_t seed; /* of the points on area lights */
-    bool transmits;
-};
-
-static uint32_t seed_of(const struct raytrace_shadow_points *points,
-                        const struct shadow_point *point)
-{
-    uint32_t width = (uint32_t)points->width;
-    return rt_job_seed(points->image_x + (int)(point->pixel % width),
-                       points->image_y_bottom - (int)(point->pixel / width), 0);
-}
-
-/* Where the shading normal is not the triangle's: a short ray finds the triangle again, of which
- * the rasteriser tells no more, and the point goes where rt_terminator.h has it. */
-static void leave_smooth_surface(const struct rt_scene *scene, struct rt_hits *hits,
-                                 struct point_light *p)
-{
-    struct rt_ray ray = {.skip_mesh = UINT32_MAX, .skip_triangle = UINT32_MAX};
-    struct rt_smooth_start start;
-    double way = 4 * (double)p->job.offset_m, cosine = 0, at[3];
-    for (int k = 0; k < 3; k++) {
-        cosine += (double)p->job.normal[k] * (double)p->normal[k];
-        ray.origin[k] = p->job.point[k] + way * (double)p->job.normal[k];
-        ray.direction[k] = -(double)p->job.normal[k];
-    }
-    if (cosine > SAME_NORMAL)
-        return;
-    ray.t_max = 2 * way;
-    rt_scene_collect(scene, &ray, hits);
-    const struct rt_hit *hit = hits->count ? &hits->hits[hits->count - 1] : NULL;
-    if (!hit || !hit->is_opaque)
-        return;
-    for (int k = 0; k < 3; k++)
-        at[k] = ray.origin[k] + ray.direction[k] * hit->t;
-    if (!rt_terminator_find(scene, hit, at, &start))
-        return;
-    p->job.skip_mesh = hit->mesh;
-    p->job.skip_triangle = hit->triangle;
-    for (int k = 0; k < 3; k++) {
-        p->job.point[k] = at[k] + start.offset[k];
-        p->job.normal[k] = (float)start.normal[k];
-    }
-}
-
-static void begin_point(const struct raytrace_shadows *shadows, struct rt_hits *scratch,
-                        const struct raytrace_shadow_points *points, size_t index,
-                        struct point_light *p)
-{
-    const struct shadow_point *point = &points->points[index];
-    const struct camera *camera = shadows->desc.camera;
-    const struct rt_scene *scene = shadows->scene;
-    double pixel = 2 * camera->half_height / shadows->desc.view->height_px, square = 0;
-    double along[3], from_eye[3]; /* along: from the eye, not unit */
-    unpack_normal(camera, point->geo_normal, p->job.normal);
-    unpack_normal(camera, point->normal, p->normal);
-    turn_to_world(camera, point->position_offset.v, from_eye);
-    keep_in_scene(shadows, from_eye);
-    p->footprint_m = camera->is_orthographic ? pixel : pixel * -vec3_dot(from_eye, camera->back);
-    p->transmits = point->flags & SHADOW_POINT_TRANSMITS;
-    p->job.excluded_node = point->flags >> SHADOW_POINT_EXCLUDED_NODE;
-    p->seed = seed_of(points, point);
-    for (int k = 0; k < 3; k++) {
-        p->job.point[k] = camera->eye[k] + from_eye[k] - scene->origin[k];
-        square += from_eye[k] * from_eye[k];
-        along[k] = camera->is_orthographic ? camera->back[k] : from_eye[k];
-    }
-    double curved = fmin((double)point->position_offset.v[3], p->footprint_m);
-    vec3_normalize(along);
-    double facing = 0;
-    for (int k = 0; k < 3; k++)
-        facing += along[k] * (double)p->job.normal[k];
-    double leaning = sqrt(fmax(1 - facing * facing, 0));
-    p->job.offset_m = (float)(scene->nudge_m + EYE_ROUNDING * sqrt(square) +
-                              SNAPPING * p->footprint_m * leaning + curved);
-    p->job.skip_mesh = p->job.skip_triangle = UINT32_MAX;
-    if (index >= points->entry_count)
-        leave_smooth_surface(scene, scratch, p);
+    uint32_t width = (uint32_t)points->width, pixel = rt_point_pixel(point);
+    return (uint32_t)clusters_find(clusters, (int)(pixel % width), (int)(pixel / width),
+                                   (float)view_depth(point));
 }
 
 /* Where the light is, seen from the point: of an area light, its index-th point. False when none of
  * it arrives there. */
-static bool face_light(const struct raytrace_shadows *shadows, struct point_light *p,
-                       uint32_t index)
+static bool face_light(const struct raytrace_shadows *shadows, struct rt_point *p, uint32_t index)
 {
     const struct state_light *light = &shadows->desc.state->lights[p->job.light];
     if (state_light_is_area(light)) {
@@ -247,7 +81,7 @@ static bool face_light(const struct raytrace_shadows *shadows, struct point_ligh
 
 /* Whether the surface certainly sends nothing of the light to the viewer. The shader asks at the
  * pixel's middle, so that a light nearby stands elsewhere there by as much as a pixel. */
-static bool faces_away(const struct point_light *p)
+static bool faces_away(const struct rt_point *p)
 {
     double along = 0;
     for (int k = 0; k < 3; k++)
@@ -255,27 +89,28 @@ static bool faces_away(const struct point_light *p)
     return !p->transmits && along < -1e-3 - p->footprint_m / (double)p->job.distance_m;
 }
 
-static void ask_light(struct worker *worker, struct point_light *p)
+static void ask_light(struct worker *worker, struct rt_point *p)
 {
     const struct raytrace_shadows *shadows = worker->shared->shadows;
     for (uint32_t i = 0; i < shadows->filters[p->job.light]; i++, p->job.filter++) {
         if (face_light(shadows, p, i) && !faces_away(p))
-            rt_shadow_rays_add(&worker->rays, &p->job);
+            rt_shadow_rays_add(&worker->base.rays, &p->job);
         else /* nothing comes from there, or so little that its shadow does not matter */
             rt_shadow_pack((const double[3]){1, 1, 1},
-                           worker->shared->slice->filters[p->job.filter]);
+                           worker->shared->chunk->filters[p->job.filter]);
     }
 }
 
-static void ask_lights(struct worker *worker, size_t index)
+static void ask_lights(void *context, size_t index)
 {
+    struct worker *worker = context;
     const struct shared *shared = worker->shared;
-    const struct raytrace_shadow_slice *slice = shared->slice;
+    const struct raytrace_shadow_chunk *chunk = shared->chunk;
     struct light_run run =
-        cut_list(slice->clusters, slice->table[index][1], slice->first, slice->count);
-    struct point_light p;
-    begin_point(shared->shadows, &worker->rays.scratch, shared->points, index, &p);
-    p.job.filter = slice->table[index][0];
+        cut_list(chunk->clusters, chunk->table[index][1], chunk->first, chunk->count);
+    struct rt_point p;
+    rt_point_begin(&p, shared->shadows, &worker->base.rays.scratch, shared->points, index);
+    p.job.filter = chunk->table[index][0];
     for (int i = 0; i < 2; i++) {
         for (uint32_t k = 0; k < run.counts[i]; k++) {
             p.job.light = run.items[i][k];
@@ -293,84 +128,37 @@ static size_t count_filters(const struct raytrace_shadows *shadows, const struct
     return count;
 }
 
-/* A pixel's points are two runs: of list entries, of surfaces. */
-struct pixel_points {
-    size_t first[2], count[2];
-};
-
-static struct pixel_points points_of_pixel(const struct raytrace_shadow_points *points,
-                                           size_t pixel)
+static void place_point(void *context, size_t index)
 {
-    struct pixel_points found = {.first = {0, points->entry_count + (points->heads[pixel] >> 3)},
-                                 .count = {0, points->heads[pixel] & 7}};
-    if (points->entry_ends) {
-        found.first[0] = pixel ? points->entry_ends[pixel - 1] : 0;
-        found.count[0] = points->entry_ends[pixel] - found.first[0];
-    }
-    return found;
-}
-
-/* Calls `visit` for each point of the tile that light is asked for. */
-static void visit_tile(struct worker *worker, int tile,
-                       void (*visit)(struct worker *worker, size_t index))
-{
-    const struct raytrace_shadow_points *points = worker->shared->points;
-    int x0 = tile % worker->shared->columns * TILE_PX,
-        y0 = tile / worker->shared->columns * TILE_PX;
-    for (int y = y0; y < y0 + TILE_PX && y < points->height; y++) {
-        if (rt_job_is_cancelled(worker->job))
-            return;
-        for (int x = x0; x < x0 + TILE_PX && x < points->width; x++) {
-            size_t pixel = (size_t)y * (size_t)points->width + (size_t)x;
-            struct pixel_points found = points_of_pixel(points, pixel);
-            for (int i = 0; i < 2; i++)
-                for (size_t k = 0; k < found.count[i]; k++)
-                    if (!(points->points[found.first[i] + k].flags & SHADOW_POINT_UNLIT))
-                        visit(worker, found.first[i] + k);
-        }
-    }
-}
-
-static void place_point(struct worker *worker, size_t index)
-{
+    struct worker *worker = context;
     const struct shared *shared = worker->shared;
-    uint32_t *row = shared->slice->table[index];
-    row[1] = find_cluster(shared->points, shared->slice->clusters, &shared->points->points[index]);
+    uint32_t *row = shared->chunk->table[index];
+    row[1] = find_cluster(shared->points, shared->chunk->clusters, &shared->points->points[index]);
     struct light_run run =
-        cut_list(shared->slice->clusters, row[1], shared->slice->first, shared->slice->count);
+        cut_list(shared->chunk->clusters, row[1], shared->chunk->first, shared->chunk->count);
     row[0] = (uint32_t)atomic_fetch_add(shared->filter_count, count_filters(shared->shadows, &run));
 }
 
 static void run_tiles(void *argument)
 {
     struct worker *worker = argument;
-    struct rt_job *job = worker->job;
+    struct rt_job *job = worker->base.job;
+    const struct raytrace_shadow_points *points = worker->shared->points;
     for (int tile = rt_job_next(job, false); tile >= 0; tile = rt_job_next(job, true)) {
-        visit_tile(worker, tile, place_point);
-        assert(atomic_load(worker->shared->filter_count) <= worker->shared->slice->capacity);
-        visit_tile(worker, tile, ask_lights);
+        rt_points_visit_tile(points, tile, job, place_point, worker);
+        assert(atomic_load(worker->shared->filter_count) <= worker->shared->chunk->capacity);
+        rt_points_visit_tile(points, tile, job, ask_lights, worker);
     }
-    rt_shadow_rays_flush(&worker->rays);
-    atomic_fetch_add(&job->shadow_rays, worker->rays.ray_count);
-    if (worker->rays.has_overflowed)
-        atomic_store(&job->has_overflowed, true);
+    rt_shadow_rays_flush(&worker->base.rays);
+    rt_point_worker_end(&worker->base);
 }
 
 static bool worker_init(void *argument, struct rt_job *job, struct error *err)
 {
     struct worker *worker = argument;
-    const struct shared *shared = job->shared;
-    const struct raytrace_shadows *shadows = shared->shadows;
-    worker->job = job;
-    worker->shared = shared;
-    worker->rays.filters = shared->slice->filters;
-    return rt_shadow_rays_init(&worker->rays, shadows->scene, &shadows->light_set,
-                               shadows->desc.view->quality.blend_filter, err);
-}
-
-static void worker_finish(void *argument)
-{
-    rt_shadow_rays_finish(&((struct worker *)argument)->rays);
+    worker->shared = job->shared;
+    worker->base.rays.filters = worker->shared->chunk->filters;
+    return rt_point_worker_init(&worker->base, worker->shared->shadows, job, err);
 }
 
 void raytrace_shadows_resume(struct raytrace_shadows *shadows)
@@ -441,34 +229,21 @@ uint32_t raytrace_shadows_room(const struct raytrace_shadows *shadows,
 
 bool raytrace_shadows_trace(struct raytrace_shadows *shadows,
                             const struct raytrace_shadow_points *points,
-                            struct raytrace_shadow_slice *slice, struct raytrace_stats *stats,
+                            struct raytrace_shadow_chunk *chunk, struct raytrace_stats *stats,
                             struct error *err)
 {
     static const struct rt_form form = {.worker_bytes = sizeof(struct worker),
                                         .init = worker_init,
                                         .run = run_tiles,
-                                        .finish = worker_finish};
-    double begin_ms = wall_ms();
+                                        .finish = rt_point_worker_finish};
     atomic_size_t filter_count = 0;
-    struct shared shared = {.shadows = shadows,
-                            .points = points,
-                            .slice = slice,
-                            .filter_count = &filter_count,
-                            .columns = (points->width + TILE_PX - 1) / TILE_PX};
-    struct rt_job job = {.desc = &shadows->desc,
-                         .scene = shadows->scene,
-                         .shared = &shared,
-                         .unit_count = shared.columns * ((points->height + TILE_PX - 1) / TILE_PX)};
-    if (!rt_job_run(&job, &form, err))
-        return false;
-    slice->filter_count = atomic_load(&filter_count);
-    stats->trace_ms += wall_ms() - begin_ms - job.paused_ms;
-    stats->shadow_rays += atomic_load(&job.shadow_rays);
-    if (atomic_load(&job.is_cancelled))
-        return error_set(err, ERROR_TIMEOUT, "tracing shadows was cancelled");
-    if (atomic_load(&job.has_overflowed))
-        return error_set(err, ERROR_OVER_BUDGET, "a ray meets more than %d surfaces", RT_HITS_MAX);
-    return true;
+    struct shared shared = {
+        .shadows = shadows, .points = points, .chunk = chunk, .filter_count = &filter_count};
+    const struct rt_points_run run = {
+        .shadows = shadows, .points = points, .shared = &shared, .subject = "shadows"};
+    bool is_traced = rt_points_run(&run, &form, &stats->trace_ms, stats, err);
+    chunk->filter_count = atomic_load(&filter_count);
+    return is_traced;
 }
 
 struct raytrace_shadows *raytrace_shadows_create(const struct raytrace_desc *desc,
@@ -490,7 +265,7 @@ struct raytrace_shadows *raytrace_shadows_create(const struct raytrace_desc *des
     if (!rt_job_take_scene(desc, &shadows->own, &shadows->scene, &stats->is_scene_reused, err) ||
         !rt_light_set_init(&shadows->light_set, shadows->scene, &shadows->desc, err))
         goto fail;
-    shadows->farthest_m = 1.001 * farthest_from_eye(desc);
+    shadows->farthest_m = 1.001 * rt_points_farthest(desc);
     shadows->filters_max = 1;
     for (size_t i = 0; i < lights; i++) {
         shadows->filters[i] = is_shadowed[i] ? shadows->light_set.records[i].samples : 0;

@@ -187,8 +187,7 @@ static bool triangle_tangents(const struct place *place, int slot, double tangen
     const float *stream =
         ref->texcoord ? place->mesh->streams->texcoords_1 : place->mesh->streams->texcoords_0;
     const uint32_t *vertices = place->vertices, first = place->mesh->first_vertex;
-    const double(*position)[3] = (const double(*)[3])place->mesh->positions;
-    double uv[3][2], e1[3], e2[3];
+    double uv[3][2], at[3][3], e1[3], e2[3];
     if (!stream) /* the material names a set that no primitive has */
         return false;
     for (int k = 0; k < 3; k++)
@@ -197,8 +196,10 @@ static bool triangle_tangents(const struct place *place, int slot, double tangen
             uv[k][row] = (double)m[0] * (double)stream[2 * (size_t)vertices[k]] +
                          (double)m[1] * (double)stream[2 * (size_t)vertices[k] + 1];
         }
-    vec3_sub(position[vertices[1] - first], position[vertices[0] - first], e1);
-    vec3_sub(position[vertices[2] - first], position[vertices[0] - first], e2);
+    for (int k = 0; k < 3; k++)
+        rt_mesh_vertex(place->mesh, vertices[k] - first, at[k]);
+    vec3_sub(at[1], at[0], e1);
+    vec3_sub(at[2], at[0], e2);
     double du1 = uv[1][0] - uv[0][0], dv1 = uv[1][1] - uv[0][1];
     double du2 = uv[2][0] - uv[0][0], dv2 = uv[2][1] - uv[0][1];
     double det = du1 * dv2 - du2 * dv1;
@@ -335,6 +336,14 @@ static const uint32_t FILTER_SLOTS = 1u << SCENE_TEXTURE_BASE_COLOR |
                                      1u << SCENE_TEXTURE_TRANSMISSION |
                                      1u << SCENE_TEXTURE_THICKNESS;
 
+/* Of a mask that transmits: it is in the lists of hits, and there is nothing. Other masks are cut
+ * before (rt_surface_is_solid). */
+static bool is_hole(const struct scene_material *material, double alpha)
+{
+    return material->alpha_mode == SCENE_MASK && material->transmission > 0 &&
+           alpha < (double)material->alpha_cutoff;
+}
+
 static void evaluate_filter(const struct place *place, struct rt_surface *surface)
 {
     const struct scene_material *m = place->mesh->material;
@@ -342,7 +351,7 @@ static void evaluate_filter(const struct place *place, struct rt_surface *surfac
     surface->material = m;
     find_base(place, base);
     memcpy(surface->base, base, sizeof surface->base);
-    surface->alpha = m->alpha_mode == SCENE_BLEND ? base[3] : 1;
+    surface->alpha = m->alpha_mode == SCENE_BLEND ? base[3] : is_hole(m, base[3]) ? 0 : 1;
     surface->transmission = surface->thickness_m = 0;
     if (m->transmission <= 0)
         return;
@@ -468,8 +477,11 @@ void rt_surface_light_filter(const struct rt_surface *s, double cosine, bool ent
 {
     const struct scene_material *m = s->material;
     double a = s->alpha;
+    const bool is_empty = m->alpha_mode == SCENE_MASK && a <= 0;
     for (int k = 0; k < 3; k++)
-        filter[k] = 0;
+        filter[k] = is_empty;
+    if (is_empty)
+        return;
     if (m->transmission > 0)
         transmissive_filter(s, enters, filter);
     for (int k = 0; k < 3 && m->alpha_mode == SCENE_BLEND; k++) {

@@ -20,8 +20,8 @@ struct rt_surface {
     double coat_normal[3];                  /* unit, on the viewer's side */
     double sheen_color[3], sheen_roughness; /* where it has a sheen */
     double film, film_nm;                   /* weight, 0 without one; thickness */
-    double translucence, translucent[3];    /* share of light from behind that is diffused, and its
-                                               colour */
+    /* Share of light from behind that is diffused, and its colour. */
+    double translucence, translucent[3];
     double grain, along[3]; /* strength of anisotropy, 0 without any; direction, of any length but
                                0, not always across the normal */
 };

@@ -32,12 +32,13 @@ bool rt_terminator_find(const struct rt_scene *scene, const struct rt_hit *hit,
     for (int i = 0; i < 3; i++) {
         const double local[3] = {(double)normals[i][0], (double)normals[i][1],
                                  (double)normals[i][2]};
-        double normal[3], away[3];
+        double normal[3], at[3], away[3];
         for (int k = 0; k < 3; k++)
             normal[k] = side * vec3_dot(mesh->normal_matrix[k], local);
         if (!vec3_normalize(normal))
             return false;
-        vec3_sub(point, mesh->positions[vertices[i]], away);
+        rt_mesh_vertex(mesh, vertices[i], at);
+        vec3_sub(point, at, away);
         double below = rt_min(vec3_dot(away, normal), 0);
         for (int k = 0; k < 3; k++) {
             start->offset[k] -= weights[i] * below * normal[k];

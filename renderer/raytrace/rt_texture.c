@@ -8,14 +8,15 @@
 #include "renderer/image/linear.h"
 #include "renderer/raytrace/rt_math.h"
 
-enum { /* numbers of glTF */
-       FILTER_NEAREST = 9728,
-       FILTER_LINEAR = 9729,
-       NEAREST_MIPMAP_NEAREST = 9984,
-       LINEAR_MIPMAP_NEAREST = 9985,
-       NEAREST_MIPMAP_LINEAR = 9986,
-       WRAP_CLAMP = 33071,
-       WRAP_MIRROR = 33648,
+/* Numbers of glTF. */
+enum {
+    FILTER_NEAREST = 9728,
+    FILTER_LINEAR = 9729,
+    NEAREST_MIPMAP_NEAREST = 9984,
+    LINEAR_MIPMAP_NEAREST = 9985,
+    NEAREST_MIPMAP_LINEAR = 9986,
+    WRAP_CLAMP = 33071,
+    WRAP_MIRROR = 33648,
 };
 
 void rt_images_find(const struct scene *scene, struct rt_image *images)
@@ -206,12 +207,4 @@ void rt_texture_add_up(const struct rt_texel_sum *sum, const struct rt_texel_tab
         }
     }
     memcpy(out, total, sizeof total);
-}
-
-void rt_texture_sample(const struct rt_texture_lookup *lookup, const struct rt_texel_tables *tables,
-                       double out[4])
-{
-    struct rt_texel_sum sum;
-    rt_texture_find(lookup, &sum);
-    rt_texture_add_up(&sum, tables, out);
 }

@@ -64,10 +64,6 @@ void rt_texture_find(const struct rt_texture_lookup *lookup, struct rt_texel_sum
 void rt_texture_add_up(const struct rt_texel_sum *sum, const struct rt_texel_tables *tables,
                        double out[4]);
 
-/* Both of the above. */
-void rt_texture_sample(const struct rt_texture_lookup *lookup, const struct rt_texel_tables *tables,
-                       double out[4]);
-
 /* Whether samplers of the texture choose among levels of detail. */
 bool rt_texture_has_levels(const struct scene_texture *texture);
 

@@ -69,8 +69,8 @@ static bool reserve(struct blob_section *section, uint64_t count, size_t stride,
     if (count <= section->capacity)
         return true;
     uint64_t capacity = section->capacity * 2 > count ? section->capacity * 2 : count;
-    void *records = realloc(section->records, capacity * stride); /* bounded by max_bytes: no
-                                                                     overflow */
+    /* Bounded by max_bytes: no overflow. */
+    void *records = realloc(section->records, capacity * stride);
     if (!records)
         return error_set(err, ERROR_NO_MEMORY, "scene section of %llu bytes",
                          (unsigned long long)capacity * stride);

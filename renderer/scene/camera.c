@@ -28,14 +28,16 @@ static struct bounds_sphere box_sphere(const struct scene_state *state)
     return sphere;
 }
 
-/* Around the items' spheres, about the mean of their middles: turns with the scene. */
+/* Around the items' spheres, but that of the ground, about the mean of their middles: turns with
+ * the scene. */
 static struct bounds_sphere scene_sphere(const struct scene_state *state)
 {
     struct bounds_sphere sphere = {0};
-    for (size_t i = 0; i < state->item_count; i++)
+    const size_t count = state->item_count - state->ground_plane.is_there; /* it is the last */
+    for (size_t i = 0; i < count; i++)
         for (int k = 0; k < 3; k++)
-            sphere.center[k] += state->items[i].center[k] / (double)state->item_count;
-    for (size_t i = 0; i < state->item_count; i++) {
+            sphere.center[k] += state->items[i].center[k] / (double)count;
+    for (size_t i = 0; i < count; i++) {
         double offset[3];
         vec3_sub(state->items[i].center, sphere.center, offset);
         sphere.radius = fmax(sphere.radius, vec3_length(offset) + state->items[i].radius_m);
@@ -127,6 +129,23 @@ static double choose_near(const struct camera *camera, const struct scene_state 
     return state->unit_m * exp2(floor(log2(near / state->unit_m)));
 }
 
+/* Nothing behind the eye. */
+static void set_orthographic_depths(struct camera *camera, const struct scene_state *state,
+                                    const struct bounds_sphere *sphere, double along)
+{
+    const struct state_ground_plane *ground = &state->ground_plane;
+    double near = along - sphere->radius * 1.001, far = along + sphere->radius * 1.001;
+    if (ground->is_there) {
+        double to_ground[3], reach = 1.001 * M_SQRT2 * ground->reach_m;
+        vec3_sub(ground->center, camera->eye, to_ground);
+        double along_ground = -vec3_dot(to_ground, camera->back);
+        near = fmin(near, along_ground - reach);
+        far = fmax(far, along_ground + reach);
+    }
+    camera->z_near = fmax(near, 0);
+    camera->z_far = fmax(far, camera->z_near + sphere->radius);
+}
+
 static void set_clip_depths(struct camera *camera, const struct scene_state *state,
                             const struct bounds_sphere *sphere)
 {
@@ -134,9 +153,7 @@ static void set_clip_depths(struct camera *camera, const struct scene_state *sta
     vec3_sub(sphere->center, camera->eye, to_center);
     double distance = vec3_length(to_center);
     if (camera->is_orthographic) {
-        double along = -vec3_dot(to_center, camera->back);
-        camera->z_near = fmax(along - sphere->radius * 1.001, 0); /* nothing behind the eye */
-        camera->z_far = fmax(along + sphere->radius * 1.001, camera->z_near + sphere->radius);
+        set_orthographic_depths(camera, state, sphere, -vec3_dot(to_center, camera->back));
         return;
     }
     camera->z_near = choose_near(camera, state, sphere, distance - sphere->radius);

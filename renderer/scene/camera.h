@@ -12,8 +12,8 @@ struct camera {
     double eye[3];
     double right[3], up[3], back[3]; /* world, orthonormal */
     bool is_orthographic;
-    double half_width, half_height; /* perspective: tangents of the half angles; orthographic:
-                                       metres */
+    /* Perspective: tangents of the half angles; orthographic: metres. */
+    double half_width, half_height;
     double z_near; /* perspective: m; infinite far, reversed Z: ndc z = z_near / view_z */
     double z_far;  /* orthographic only; ndc z = (z_far - view_z) / (z_far - z_near), z_near >= 0 */
 };
@@ -21,7 +21,22 @@ struct camera {
 /* A rectangle of the image that is rendered at once, first row on top. */
 struct camera_window {
     int x, y, width, height, image_width, image_height;
+    /* How far the picture is shifted in it, right and up (renderer/base/sample_pattern.h). */
+    double shift_px[2];
+    /* Lists of lights for the window hold for every shift by no more than this along an axis. */
+    double reach_px;
 };
+
+static inline struct camera_window camera_window_whole(int width_px, int height_px)
+{
+    return (struct camera_window){
+        .width = width_px, .height = height_px, .image_width = width_px, .image_height = height_px};
+}
+
+static inline uint64_t camera_window_pixels(const struct camera_window *window)
+{
+    return (uint64_t)window->width * (uint64_t)window->height;
+}
 
 MUST_CHECK bool camera_resolve(struct camera *camera, const struct view *view,
                                const struct scene_state *state, struct error *err);

@@ -204,8 +204,8 @@ static void add_target(const struct shape *s, uint32_t index)
 /* Divides by the length; false, and unchanged, where there is none. */
 static bool to_unit(float v[3])
 {
-    double x = (double)v[0], y = (double)v[1], z = (double)v[2]; /* whose squares do not underflow
-                                                                  */
+    /* Whose squares do not underflow. */
+    double x = (double)v[0], y = (double)v[1], z = (double)v[2];
     double square = x * x + y * y + z * z;
     if (!(square > 0 && isfinite(square)))
         return false;

@@ -42,10 +42,10 @@ MUST_CHECK bool edge_table_init(struct edge_table *table, const struct edge_mesh
 void edge_table_finish(struct edge_table *table);
 
 /* Whether the signed count of every edge is zero, and the surface encloses more space with its
- * counter-clockwise side out than in. An empty mesh is not closed. Most open meshes are told in one
- * pass without memory; the table decides, but for meshes of more than EDGE_MESH_EXACT_MAX corners:
- * there a 64-bit checksum of the edges does, and the chance of taking an open mesh for a closed one
- * is 2^-64. ERROR_NO_MEMORY. */
+ * counter-clockwise side out than in. An empty mesh is not closed. Most open meshes are recognised
+ * in one pass without memory; the table decides, but for meshes of more than EDGE_MESH_EXACT_MAX
+ * corners: there a 64-bit checksum of the edges does, and the chance of taking an open mesh for a
+ * closed one is 2^-64. ERROR_NO_MEMORY. */
 enum { EDGE_MESH_EXACT_MAX = 3 << 20 /* the table takes 72 MB */ };
 MUST_CHECK bool edge_mesh_is_closed(const struct edge_mesh *mesh, bool *is_closed,
                                     struct error *err);

@@ -24,6 +24,7 @@ static const struct {
     [LOBE_DIFFUSE_TRANSMISSION_COLOR] = {offsetof(struct scene_material,
                                                   diffuse_transmission_color),
                                          1},
+    [LOBE_DISPERSION] = {offsetof(struct scene_material, dispersion), 1},
 };
 
 /* The members of each lobe, the one without which there is no lobe first. */
@@ -33,6 +34,7 @@ static const uint32_t lobes_of_members[] = {
     1u << LOBE_IRIDESCENCE | 1u << LOBE_IRIDESCENCE_IOR | 1u << LOBE_IRIDESCENCE_THICKNESS,
     1u << LOBE_ANISOTROPY | 1u << LOBE_ANISOTROPY_ROTATION,
     1u << LOBE_DIFFUSE_TRANSMISSION | 1u << LOBE_DIFFUSE_TRANSMISSION_COLOR,
+    1u << LOBE_DISPERSION,
 };
 static const uint32_t specular_members = 1u << LOBE_SPECULAR | 1u << LOBE_SPECULAR_COLOR;
 

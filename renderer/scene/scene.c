@@ -295,7 +295,7 @@ static bool is_material(const struct scene *scene, const struct scene_material *
     for (int i = 0; i < 3; i++)
         if (!in_range(m->diffuse_transmission_color[i], 0, 1))
             return false;
-    if (!in_range(m->diffuse_transmission, 0, 1))
+    if (!in_range(m->diffuse_transmission, 0, 1) || !in_range(m->dispersion, 0, 1e30f))
         return false;
     if (!in_range(m->anisotropy, 0, 1) || !blob_are_finite(&m->anisotropy_rad, 1))
         return false;

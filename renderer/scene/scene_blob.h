@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 #define SCENE_BLOB_MAGIC "VITRAIL" /* 8 bytes with the NUL */
-enum { SCENE_BLOB_VERSION = 13 };  /* any change of a record or of its meaning raises it */
+enum { SCENE_BLOB_VERSION = 14 };  /* any change of a record or of its meaning raises it */
 
 enum scene_section {
     SCENE_STRINGS,    /* char */
@@ -46,20 +46,20 @@ enum scene_section {
     SCENE_CHANNELS,           /* struct scene_channel */
     SCENE_KEYS,               /* f32 */
     /* Absent where nothing deforms (renderer/scene/deform.h): */
-    SCENE_SKINS,          /* struct scene_skin; their joints follow each other */
-    SCENE_JOINTS,         /* struct scene_joint */
-    SCENE_DEFORMATIONS,   /* struct scene_deformation, primitives ascending; their influences and
-                             targets follow each other */
-    SCENE_INFLUENCES,     /* struct scene_influence */
-    SCENE_TARGETS,        /* struct scene_target; their deltas follow each other */
-    SCENE_DELTAS,         /* struct scene_delta */
-    SCENE_DEFORMED_NODES, /* struct scene_deformed_node, nodes ascending; their weights follow each
-                             other */
-    SCENE_TARGET_WEIGHTS, /* f32 */
-    SCENE_VARIANTS,       /* u32 string offsets: names of KHR_materials_variants, or absent */
+    SCENE_SKINS,        /* struct scene_skin; their joints follow each other */
+    SCENE_JOINTS,       /* struct scene_joint */
+    SCENE_DEFORMATIONS, /* struct scene_deformation, primitives ascending; their influences and
+                           targets follow each other */
+    SCENE_INFLUENCES,   /* struct scene_influence */
+    SCENE_TARGETS,      /* struct scene_target; their deltas follow each other */
+    SCENE_DELTAS,       /* struct scene_delta */
+    /* struct scene_deformed_node, nodes ascending; their weights follow each other. */
+    SCENE_DEFORMED_NODES,
+    SCENE_TARGET_WEIGHTS,    /* f32 */
+    SCENE_VARIANTS,          /* u32 string offsets: names of KHR_materials_variants, or absent */
     SCENE_VARIANT_MATERIALS, /* struct scene_variant_material, primitives not descending */
-    SCENE_HIDDEN_NODES, /* u32, ascending: nodes that are not shown at rest, nor what is under them
-                         */
+    /* u32, ascending: nodes that are not shown at rest, nor what is under them. */
+    SCENE_HIDDEN_NODES,
     SCENE_SECTION_COUNT
 };
 
@@ -75,8 +75,8 @@ struct scene_header {
     uint32_t version;
     uint32_t section_count; /* SCENE_SECTION_COUNT */
     uint64_t size_bytes;    /* of the whole blob */
-    double bounds_min[3];   /* world space, all visible primitives; min > max when there is no
-                               geometry */
+    /* World space, all visible primitives; min > max when there is no geometry. */
+    double bounds_min[3];
     double bounds_max[3];
     uint64_t triangle_count;     /* over all nodes, instances counted each time */
     int32_t default_camera_node; /* first node with a camera, or -1 */
@@ -197,8 +197,8 @@ enum scene_primitive_flags {
     SCENE_PRIMITIVE_HAS_TEXCOORDS_0 = 2,
     SCENE_PRIMITIVE_HAS_TEXCOORDS_1 = 4,
     SCENE_PRIMITIVE_HAS_COLORS = 8,
-    SCENE_PRIMITIVE_HAS_NORMALS = 16, /* always set for triangles: flat normals are made where the
-                                         file has none */
+    /* Always set for triangles: flat normals are made where the file has none. */
+    SCENE_PRIMITIVE_HAS_NORMALS = 16,
     SCENE_PRIMITIVE_IS_CLOSED = 32, /* its triangles bound a volume: renderer/scene/edge_table.h */
     SCENE_PRIMITIVE_IS_SMOOTH = 64, /* of triangles: the vertices of one have different normals */
 };
@@ -277,20 +277,20 @@ struct scene_material {
     float edge_exponent;
     float edge_color[3];
     float specular, specular_color[3]; /* KHR_materials_specular, with SCENE_MATERIAL_SPECULAR */
-    float clearcoat, clearcoat_roughness, clearcoat_normal_scale; /* KHR_materials_clearcoat [0,1];
-                                                                     0 = none */
+    /* KHR_materials_clearcoat [0,1]; 0 = none. */
+    float clearcoat, clearcoat_roughness, clearcoat_normal_scale;
     float sheen_color[3], sheen_roughness; /* KHR_materials_sheen [0,1]; black = none */
     float iridescence, film_ior;           /* KHR_materials_iridescence [0,1]; 0 = none; [1, 100] */
     float film_nm[2];                      /* thickness of its film where its texture is 0, and 1 */
     float diffuse_transmission, diffuse_transmission_color[3]; /* KHR_materials_diffuse_transmission
                                                                   [0,1]; 0 = none */
-    float anisotropy, anisotropy_rad; /* KHR_materials_anisotropy [0,1]; 0 = none; from the tangent,
-                                         counter-clockwise */
-    uint32_t alpha_mode;              /* enum scene_alpha_mode */
-    uint32_t flags;                   /* enum scene_material_flags */
-    uint32_t pass_through;            /* enum scene_pass_through */
+    /* KHR_materials_anisotropy [0,1]; 0 = none; from the tangent, counter-clockwise. */
+    float anisotropy, anisotropy_rad;
+    uint32_t alpha_mode;   /* enum scene_alpha_mode */
+    uint32_t flags;        /* enum scene_material_flags */
+    uint32_t pass_through; /* enum scene_pass_through */
     uint32_t name;
-    uint32_t pad;
+    float dispersion; /* KHR_materials_dispersion: 20 over Abbe's number; 0 = none */
     struct scene_texture_ref textures[SCENE_TEXTURE_SLOT_COUNT];
 };
 

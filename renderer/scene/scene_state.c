@@ -6,16 +6,13 @@
 #include <stdlib.h>
 
 #include "renderer/base/matrix.h"
+#include "renderer/scene/ground_plane.h"
 #include "renderer/scene/material_lobes.h"
 #include "renderer/scene/section.h"
 #include "renderer/scene/state_animation.h"
+#include "renderer/scene/state_caps.h"
+#include "renderer/scene/studio.h"
 #include "renderer/scene/variants.h"
-
-/* Default lighting of scenes without lights (docs/explanation/shading.md): a key light from upper
- * right, and a pale hemisphere. */
-static const double default_key_direction[3] = {-0.45, -0.75, -0.48};
-static const float default_key_lx = 2.2f;
-static const float default_sky_nt = 0.45f, default_ground_nt = 0.2f;
 
 enum state_class material_class(const struct scene_material *material)
 {
@@ -266,6 +263,26 @@ static void compute_bounds(const struct scene_state *state, struct state_item *i
     compute_sphere(p, geometry.world, item);
 }
 
+enum state_bend state_bend_of(const struct scene_material *m)
+{
+    const double least = (double)STATE_BEND_ROUGHNESS_LEAST;
+    if (m->transmission <= 0 || m->alpha_mode != SCENE_OPAQUE || m->ior <= 0)
+        return STATE_BEND_NONE;
+    if (m->thickness > 0 && m->ior > 1)
+        return STATE_BEND_SLAB;
+    return state_bend_roughness((double)m->ior, (double)m->roughness) >= least ? STATE_BEND_THIN
+                                                                               : STATE_BEND_NONE;
+}
+
+static enum state_bend bend_of(const struct scene_material *m, const struct scene_primitive *p)
+{
+    enum state_bend bend = state_bend_of(m);
+    if (p->topology != SCENE_TRIANGLES)
+        return STATE_BEND_NONE;
+    return bend == STATE_BEND_SLAB && p->flags & SCENE_PRIMITIVE_IS_CLOSED ? STATE_BEND_SOLID
+                                                                           : bend;
+}
+
 /* deformed: 1 + its index, or 0. */
 static void fill_item(const struct scene_state *state, uint32_t node, uint32_t primitive,
                       uint32_t deformed, struct state_item *item)
@@ -286,6 +303,7 @@ static void fill_item(const struct scene_state *state, uint32_t node, uint32_t p
         .length_scale = (float)cbrt(fabs(determinant)),
         .casts_shadow = p->topology == SCENE_TRIANGLES,
         .is_medium = (p->flags & SCENE_PRIMITIVE_IS_CLOSED) && scene_material_attenuates(m),
+        .bend = bend_of(m, p),
     };
     /* blending with an alpha that is 1 everywhere lets nothing through */
     if (item->class_ == STATE_TRANSPARENT && m->transmission <= 0 && m->base_color[3] >= 1 &&
@@ -433,26 +451,6 @@ static void add_view_light(struct scene_state *state, const struct view_light *s
     add_light(state, &light);
 }
 
-static void add_default_lights(struct scene_state *state)
-{
-    struct state_light key = {
-        .type = SCENE_LIGHT_DIRECTIONAL,
-        .color = {default_key_lx, default_key_lx, default_key_lx},
-        .casts_shadow = true,
-        .node = -1,
-    };
-    memcpy(key.direction, default_key_direction, sizeof key.direction);
-    add_light(state, &key);
-    state->has_default_lights = true;
-    if (!state->has_environment) {
-        state->has_environment = true;
-        for (int k = 0; k < 3; k++) {
-            state->sky[k] = default_sky_nt;
-            state->ground[k] = default_ground_nt;
-        }
-    }
-}
-
 static bool list_lights(struct scene_state *state, const struct view *view, struct error *err)
 {
     const struct scene *scene = state->scene;
@@ -462,18 +460,18 @@ static bool list_lights(struct scene_state *state, const struct view *view, stru
     state->has_environment = view->has_environment;
     memcpy(state->sky, view->sky, sizeof state->sky);
     memcpy(state->ground, view->ground, sizeof state->ground);
-    bool brought_any = view->light_count > 0 || view->has_environment || view_has_environment(view);
     for (uint32_t i = 0; !view->ignore_scene_lights && i < scene->node_count; i++) {
-        if (scene->nodes[i].light < 0)
-            continue;
-        brought_any = true;
-        if (state->is_visible[i])
+        if (scene->nodes[i].light >= 0 && state->is_visible[i])
             add_scene_light(state, i);
     }
     for (size_t i = 0; i < view->light_count; i++)
         add_view_light(state, &view->lights[i]);
-    if (!brought_any && !view->ignore_scene_lights)
-        add_default_lights(state);
+    enum view_studio studio = studio_of(scene, view);
+    if (studio != VIEW_STUDIO_OFF) {
+        const struct view_light key = studio_key_light();
+        add_view_light(state, &key);
+    }
+    state->has_default_lights = studio == VIEW_STUDIO_BY_DEFAULT;
     return true;
 }
 
@@ -488,7 +486,7 @@ bool scene_state_cut(struct scene_state *state, const struct view *view, struct 
             memcpy(state->shadow_planes[state->shadow_plane_count++], view->clip_planes[i],
                    sizeof *state->shadow_planes);
     section_drop(state);
-    return section_add(state, view, err);
+    return section_add(state, view, err) && ground_plane_add(state, view, err);
 }
 
 bool state_planes_meet(const double (*planes)[4], size_t count, const double bounds_min[3],
@@ -608,7 +606,7 @@ void scene_state_finish(struct scene_state *state)
     free(state->materials);
     free(state->file_lights);
     free(state->variant_materials);
-    section_finish(state);
+    state_caps_finish(&state->caps);
     deforms_finish(&state->deforms);
     free(state->items);
     free(state->lights);

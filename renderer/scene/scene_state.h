@@ -14,17 +14,32 @@ enum state_class {
     STATE_TRANSPARENT, /* lets filtered light through: BLEND, or transmission > 0 */
 };
 
+/* What a transmissive surface does to the direction of what the camera sees through it
+ * (docs/explanation/shading.md, section 8). */
+enum state_bend {
+    STATE_BEND_NONE,  /* straight through */
+    STATE_BEND_THIN,  /* a thin wall that scatters: it is rough */
+    STATE_BEND_SLAB,  /* an open surface with a thickness: it shifts */
+    STATE_BEND_SOLID, /* a side of a closed volume: it refracts */
+};
+
+/* Smoother surfaces count as smooth: their directions spread by less than 0.3 degrees. */
+#define STATE_BEND_ROUGHNESS_LEAST 0.07f /* as shaders have it: shaders/shared/records.h */
+
 struct state_item { /* one primitive of one visible node */
     uint32_t node, primitive, material;
     enum state_class class_;
-    bool is_mirrored;           /* negative determinant: front faces wind clockwise */
-    float length_scale;         /* world over model lengths: cube root of the determinant's size */
-    bool casts_shadow;          /* triangles only; points and lines cast none */
-    bool is_medium;             /* its inside attenuates with the material's sigma, its surface is a
-                                   filter without thickness (docs/explanation/shading.md, 1) */
+    bool is_mirrored;   /* negative determinant: front faces wind clockwise */
+    float length_scale; /* world over model lengths: cube root of the determinant's size */
+    bool casts_shadow;  /* triangles only; points and lines cast none */
+    bool is_medium;     /* its inside attenuates with the material's sigma, its surface is a
+                           filter without thickness (docs/explanation/shading.md, 1) */
+    enum state_bend bend;
     double center[3], radius_m; /* world bounding sphere */
     double bounds_min[3], bounds_max[3];
-    uint32_t cap;         /* 1 + index of state->caps for what closes a cut; else 0 */
+    bool is_ground;       /* the ground plane: no object, and no light meets it on its way */
+    uint32_t cap;         /* 1 + index of state->caps for what closes a cut and for the ground
+                             plane; else 0 */
     uint32_t deformed;    /* 1 + index of state->deforms for vertices in a pose; else 0 */
     uint64_t shadow_hash; /* of all that decides its shadow: matrix, primitive, pose, filter factors
                              and textures */
@@ -54,9 +69,10 @@ struct state_material {
     struct scene_material base; /* with overrides */
     double sigma[3];            /* extinction of the inside [1/m], world lengths; finite, >= 0 */
     bool no_self_shadow, cast_once;
+    bool catches_shadows; /* the ground plane's */
 };
 
-struct state_cap {                    /* a cut surface: a mesh of its own */
+struct state_cap {                    /* a cut surface, or the ground: a mesh of its own */
     struct scene_primitive primitive; /* of the arrays of state_caps */
     double world[16];                 /* world from its vertices: a shift */
     uint32_t source_material;         /* index in the scene */
@@ -71,6 +87,13 @@ struct state_caps {         /* zeroed: none */
     uint64_t serial;            /* of this cut, no other has it; 0: none was made */
 };
 
+struct state_ground_plane { /* zeroed: none */
+    bool is_there;
+    double center[3]; /* of what there is of it, world */
+    double whole_m;   /* from there to where shadows begin to fade */
+    double reach_m;   /* and to its end */
+};
+
 struct scene_state {
     const struct scene *scene;
     double (*world)[16];              /* per node, world_from_node */
@@ -82,8 +105,9 @@ struct scene_state {
     size_t item_count;
     size_t whole_count; /* items before the first cap */
     struct state_caps caps;
+    struct state_ground_plane ground_plane;
     struct state_deforms deforms;
-    uint32_t material_count;    /* the scene's, then one for each cap */
+    uint32_t material_count;    /* the scene's, then one for each cap and for the ground */
     size_t open_section_count;  /* meshes that a plane cuts and that cannot be capped: not closed */
     size_t medium_count;        /* items that are media */
     size_t open_volume_count;   /* items that would be if their surface were closed */
@@ -91,10 +115,11 @@ struct scene_state {
     size_t light_count;
     bool has_idle_animation; /* animated, and no mesh, joint, light or camera hangs on a moved node
                               */
-    bool has_default_lights; /* neither scene nor view brought a light */
+    bool has_default_lights; /* neither scene nor view brought a light: the studio's */
     bool has_environment;
     float sky[3], ground[3];                       /* nt */
-    double bounds_min[3], bounds_max[3];           /* world, of all items; min > max when empty */
+    double bounds_min[3], bounds_max[3];           /* world, of all items but caps and the ground;
+                                                      min > max when empty */
     double shadow_planes[VIEW_CLIP_PLANES_MAX][4]; /* clip planes that let light in, world */
     size_t shadow_plane_count;
     double unit_m; /* size of the largest primitive, hidden ones too: grows with the scene, does
@@ -112,6 +137,12 @@ size_t scene_state_area_lights(const struct scene_state *state); /* their number
  * there are too many. */
 MUST_CHECK bool scene_state_cut(struct scene_state *state, const struct view *view,
                                 struct error *err);
+
+/* Rays meet it: triangles. */
+static inline bool state_item_is_traced(const struct state_item *item)
+{
+    return item->casts_shadow || item->is_ground;
+}
 
 /* The mesh that an item is drawn from. Borrowed from the state and its scene. */
 struct state_geometry {
@@ -160,6 +191,17 @@ void state_geometry_corner(const struct state_geometry *geometry, size_t index, 
  * all of it away. */
 bool state_planes_meet(const double (*planes)[4], size_t count, const double bounds_min[3],
                        const double bounds_max[3], uint32_t *through);
+
+/* Of a surface that is not closed. */
+enum state_bend state_bend_of(const struct scene_material *material);
+
+/* What transmission makes of a roughness: nothing is scattered by an index of 1. As in the sample
+ * code of KHR_materials_volume (Khronos), all is from 1.5 on. */
+static inline double state_bend_roughness(double ior, double roughness)
+{
+    double share = 2 * ior - 2;
+    return roughness * (share < 0 ? 0 : share > 1 ? 1 : share);
+}
 
 enum state_class material_class(const struct scene_material *material);
 

@@ -10,6 +10,7 @@
 
 #include "renderer/base/matrix.h"
 #include "renderer/scene/polygon_clip.h"
+#include "renderer/scene/state_caps.h"
 
 static const double COINCIDENT = 1e-12; /* of unit normals, and relative of offsets */
 
@@ -204,32 +205,6 @@ static bool add_slices(struct section *section, bool of_transparent, struct erro
 
 /* ---- drawables ---- */
 
-static bool reserve(void **array, size_t count, size_t size)
-{
-    void *grown = realloc(*array, (count + 1) * size);
-    if (grown)
-        *array = grown;
-    return grown;
-}
-
-/* Room for one more cap, of so many points. */
-static bool reserve_cap(struct scene_state *state, size_t points, struct error *err)
-{
-    struct state_caps *caps = &state->caps;
-    size_t total = caps->vertex_count + points;
-    void *list = caps->caps, *items = state->items, *materials = state->materials;
-    void *positions = caps->positions, *normals = caps->normals, *indices = caps->indices;
-    bool ok = reserve(&list, caps->count + 1, sizeof *caps->caps) &&
-              reserve(&items, state->item_count + 1, sizeof *state->items) &&
-              reserve(&materials, state->material_count + 1, sizeof *state->materials) &&
-              reserve(&positions, total, 3 * sizeof(float)) &&
-              reserve(&normals, total, 3 * sizeof(float)) &&
-              reserve(&indices, total, sizeof(uint32_t));
-    caps->caps = list, state->items = items, state->materials = materials;
-    caps->positions = positions, caps->normals = normals, caps->indices = indices;
-    return ok || error_set(err, ERROR_NO_MEMORY, "caps of %zu points", total);
-}
-
 /* What closes an opaque body shows its factors, or the plane's colour; of a transparent one it is a
  * surface like the others: of a medium, a filter without thickness. */
 static void fill_material(const struct section *section, const struct state_item *source,
@@ -253,29 +228,6 @@ static void fill_material(const struct section *section, const struct state_item
     memcpy(m->base_color, cut->cap_color, sizeof cut->cap_color);
     m->metallic = 0, m->roughness = 1;
     memset(m->emissive, 0, sizeof m->emissive);
-}
-
-static uint64_t hash_of(uint64_t hash, const void *bytes, size_t size)
-{
-    const unsigned char *p = bytes;
-    for (size_t i = 0; i < size; i++) /* FNV-1a */
-        hash = (hash ^ p[i]) * 0x100000001b3ull;
-    return hash;
-}
-
-static void add_vertex(struct state_caps *caps, struct state_cap *cap, const double local[3],
-                       const double normal[3])
-{
-    size_t at = cap->primitive.first_vertex + cap->primitive.vertex_count;
-    for (int k = 0; k < 3; k++) {
-        float value = (float)local[k];
-        caps->positions[3 * at + (size_t)k] = value;
-        caps->normals[3 * at + (size_t)k] = (float)normal[k];
-        cap->primitive.bounds_min[k] = fminf(cap->primitive.bounds_min[k], value);
-        cap->primitive.bounds_max[k] = fmaxf(cap->primitive.bounds_max[k], value);
-    }
-    caps->indices[at] = cap->primitive.vertex_count++;
-    caps->vertex_count++;
 }
 
 /* The same half-space, but for rounding: such planes are one. */
@@ -315,7 +267,7 @@ static void add_triangles(const struct section *section, const struct section_ou
             for (int k = 0; k < 3; k++) {
                 double local[3];
                 vec3_sub(corners[fan[k]], cap->world + 12, local);
-                add_vertex(caps, cap, local, section->outward);
+                state_caps_add_vertex(caps, cap, local, section->outward);
             }
         }
     }
@@ -327,29 +279,11 @@ static void add_item(const struct section *section, const struct slice *slice,
     struct scene_state *state = section->state;
     const struct state_item *source = &state->items[slice->item];
     struct state_item item = *source;
-    size_t bytes = 3 * sizeof(float) * cap->primitive.vertex_count;
-    cap->primitive.index_count = cap->primitive.vertex_count;
     cap->source_material = source->material;
     item.material = state->material_count++;
     fill_material(section, source, &state->materials[item.material]);
     item.class_ = source->class_ == STATE_TRANSPARENT ? STATE_TRANSPARENT : STATE_OPAQUE;
-    item.is_mirrored = item.is_medium = false;
-    item.length_scale = 1;
-    item.cap = (uint32_t)state->caps.count + 1;
-    item.deformed = 0;
-    double diagonal[3];
-    for (int k = 0; k < 3; k++) {
-        item.bounds_min[k] = cap->world[12 + k] + (double)cap->primitive.bounds_min[k];
-        item.bounds_max[k] = cap->world[12 + k] + (double)cap->primitive.bounds_max[k];
-        item.center[k] = 0.5 * (item.bounds_min[k] + item.bounds_max[k]);
-    }
-    vec3_sub(item.bounds_max, item.bounds_min, diagonal);
-    item.radius_m = 0.5 * vec3_length(diagonal);
-    item.shadow_hash = hash_of(source->shadow_hash, cap->world, sizeof cap->world);
-    item.shadow_hash = hash_of(
-        item.shadow_hash, state->caps.positions + 3 * (size_t)cap->primitive.first_vertex, bytes);
-    state->caps.caps[state->caps.count++] = *cap;
-    state->items[state->item_count++] = item;
+    state_caps_add_item(state, cap, item);
 }
 
 static bool add_cap(struct section *section, size_t index, struct error *err)
@@ -368,20 +302,14 @@ static bool add_cap(struct section *section, size_t index, struct error *err)
     }
     bool ok = without || error_set(err, ERROR_NO_MEMORY, "caps of a section");
     ok = ok && section_resolve(&slice->outline, without, count, true, &triangles, err) &&
-         reserve_cap(state, (size_t)triangles.point_count * (POLYGON_CORNERS_MAX - 2), err);
+         state_caps_reserve(state, (size_t)triangles.point_count * (POLYGON_CORNERS_MAX - 2), err);
     if (ok) {
-        struct state_cap cap = {.primitive = {.topology = SCENE_TRIANGLES,
-                                              .first_vertex = state->caps.vertex_count,
-                                              .first_index = state->caps.vertex_count,
-                                              .flags = SCENE_PRIMITIVE_HAS_NORMALS,
-                                              .bounds_min = {FLT_MAX, FLT_MAX, FLT_MAX},
-                                              .bounds_max = {-FLT_MAX, -FLT_MAX, -FLT_MAX}},
-                                .world = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}};
         double middle[2] = {0.5 * (slice->low[0] + slice->high[0]),
                             0.5 * (slice->low[1] + slice->high[1])};
+        double origin[3];
         for (int k = 0; k < 3; k++)
-            cap.world[12 + k] =
-                section->origin[k] + middle[0] * section->u[k] + middle[1] * section->v[k];
+            origin[k] = section->origin[k] + middle[0] * section->u[k] + middle[1] * section->v[k];
+        struct state_cap cap = state_caps_begin(state, origin);
         add_triangles(section, &triangles, &cap);
         if (cap.primitive.vertex_count)
             add_item(section, slice, &cap);
@@ -429,18 +357,9 @@ bool section_add(struct scene_state *state, const struct view *view, struct erro
     return true;
 }
 
-void section_finish(struct scene_state *state)
-{
-    free(state->caps.caps);
-    free(state->caps.positions);
-    free(state->caps.normals);
-    free(state->caps.indices);
-    state->caps = (struct state_caps){0};
-}
-
 void section_drop(struct scene_state *state)
 {
-    section_finish(state);
+    state_caps_finish(&state->caps);
     state->item_count = state->whole_count;
     state->material_count = state->scene ? state->scene->material_count : 0;
     state->open_section_count = 0;

@@ -10,10 +10,8 @@
  * and counts what is open. Of overlapping opaque bodies the first has the cap where both are, and
  * none lies over a transparent body's. */
 MUST_CHECK bool section_add(struct scene_state *state, const struct view *view, struct error *err);
-/* Takes all caps away; the state may be cut anew. */
+/* Takes all caps away, and the ground; the state may be cut anew. */
 void section_drop(struct scene_state *state);
-/* Frees the caps alone: the scene of the state may be gone. */
-void section_finish(struct scene_state *state);
 
 /* An outline in the plane, in metres. Zeroed = empty. */
 struct section_outline {

@@ -59,11 +59,12 @@ static void describe(const struct window_frame *frame, const struct shade_facts 
                      char text[DEFINES_BYTES])
 {
     const struct view *view = frame->view;
-    bool has_entries = facts->has_entries, has_media = has_entries && facts->has_media;
+    bool has_layers = facts->has_layers, has_media = has_layers && facts->has_media;
     bool has_lights = view->outputs & 1u << VIEW_OUTPUT_LIGHTS && frame->state->light_count;
-    int used = snprintf(text, DEFINES_BYTES, "AOV_WORDS=%zu SAMPLES=%d%s%s%s",
+    int used = snprintf(text, DEFINES_BYTES, "AOV_WORDS=%zu SAMPLES=%d%s%s%s%s",
                         words_per_pixel(view), frame->targets->samples,
-                        has_entries ? " HAS_TRANSPARENT" : "", has_media ? " HAS_MEDIA" : "",
+                        has_layers ? " HAS_TRANSPARENT" : "", has_media ? " HAS_MEDIA" : "",
+                        has_layers && frame->state->ground_plane.is_there ? " HAS_GROUND" : "",
                         frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "");
     int at = 0;
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)

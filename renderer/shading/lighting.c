@@ -6,12 +6,13 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/shading/environment_maps.h"
 #include "renderer/window/time_slice_clock.h"
 
 #include "shaders/shared/bindings.h"
 
-enum { DEFINES_BYTES = 640 };
+enum { DEFINES_BYTES = 704 };
 
 /* ---- programs ---- */
 
@@ -28,16 +29,16 @@ static void describe_media(const struct window_frame *frame, const struct shade_
 
 /* Requirements of the program, in canonical order. */
 static void describe(const struct window_frame *frame, const struct shade_facts *facts,
-                     const struct light_slice *slice, const struct surface_kind *kind,
+                     const struct light_chunk *chunk, const struct surface_kind *kind,
                      char text[DEFINES_BYTES])
 {
     bool has_lights = frame->state->light_count > 0;
     bool has_shadows = has_lights && facts->shadows && *facts->shadows;
     const struct surface_facts own = {
         .has_shadow_maps = has_shadows && !facts->is_traced,
-        .compositing = facts->has_entries ? facts->method->compositing : NULL,
+        .compositing = facts->has_layers ? facts->method->compositing : NULL,
     };
-    char own_defines[SURFACE_DEFINES_BYTES] = "", media_defines[64] = "";
+    char own_defines[SURFACE_DEFINES_BYTES] = "", media_defines[64] = "", seen_defines[64] = "";
     char material_defines[SHADER_NEEDS_TEXT_BYTES], light_defines[SHADER_NEEDS_TEXT_BYTES] = "";
     const struct shader_needs *needs = frame->needs;
     shader_needs_material_defines(kind->are_transparent ? needs->layer_kinds : needs->surface_kinds,
@@ -46,18 +47,21 @@ static void describe(const struct window_frame *frame, const struct shade_facts 
         shader_needs_light_defines(needs, light_defines);
     if (kind->describe)
         kind->describe(frame, &own, own_defines);
-    if (facts->has_entries)
+    if (facts->has_layers)
         describe_media(frame, facts, media_defines);
-    snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s%s%s%s%s%s %s %s", has_lights ? "HAS_LIGHTS" : "",
-             own.has_shadow_maps ? " HAS_SHADOWS" : "",
+    if (needs->visibility_lobes)
+        snprintf(seen_defines, sizeof seen_defines,
+                 " HAS_ENVIRONMENT_VISIBILITY VISIBILITY_COUNT=%u", needs->visibility_lobes);
+    snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s%s%s%s%s%s%s %s %s",
+             has_lights ? "HAS_LIGHTS" : "", own.has_shadow_maps ? " HAS_SHADOWS" : "",
              frame->state->has_environment ? " HAS_ENVIRONMENT" : "",
-             view_has_environment(frame->view) ? " HAS_ENVIRONMENT_MAP" : "",
+             view_has_environment(frame->view) ? " HAS_ENVIRONMENT_MAP" : "", seen_defines,
              frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "",
-             kind->fragment ? " SURFACES=" : "", kind->fragment ? kind->fragment : "", own_defines,
+             kind->source ? " SURFACES=" : "", kind->source ? kind->source : "", own_defines,
              media_defines, material_defines, light_defines,
-             slice->is_first && slice->is_last ? ""
-             : slice->is_whole                 ? " HAS_LIGHT_PARTS"
-                                               : " HAS_LIGHT_PARTS HAS_LIGHT_SLICE",
+             chunk->is_first && chunk->is_last ? ""
+             : chunk->is_whole                 ? " HAS_LIGHT_PARTS"
+                                               : " HAS_LIGHT_PARTS HAS_LIGHT_CHUNK",
              has_lights ? facts->lists : "", has_shadows ? facts->shadows : "");
 }
 
@@ -68,11 +72,11 @@ static struct program_desc program_of(const struct surface_kind *kind, const cha
 }
 
 void lighting_list_program(const struct window_frame *frame, const struct shade_facts *facts,
-                           const struct light_slice *slice, const struct surface_kind *kind,
+                           const struct light_chunk *chunk, const struct surface_kind *kind,
                            bool is_conditional, struct program_list *list)
 {
     char defines[DEFINES_BYTES];
-    describe(frame, facts, slice, kind, defines);
+    describe(frame, facts, chunk, kind, defines);
     const struct program_desc desc = program_of(kind, defines);
     program_list_add(list, kind->pass, &desc, is_conditional);
 }
@@ -83,9 +87,23 @@ static const struct gl_program *get_program(const struct lighting *lighting,
     const struct window_frame *frame = lighting->desc->frame;
     char defines[DEFINES_BYTES];
     const struct shade_facts facts = shade_facts_of(lighting->desc);
-    describe(frame, &facts, &lighting->slice, kind, defines);
+    describe(frame, &facts, &lighting->chunk, kind, defines);
     const struct program_desc desc = program_of(kind, defines);
     return program_cache_get(frame->programs, &desc, err);
+}
+
+static void set_ground(const struct window_frame *frame, const struct gl_program *program)
+{
+    const struct state_ground_plane *ground = &frame->state->ground_plane;
+    double from_eye[3], axes[3][3];
+    float view[3];
+    vec3_sub(ground->center, frame->camera->eye, from_eye);
+    camera_axes(frame->camera, axes);
+    for (int k = 0; k < 3; k++)
+        view[k] = (float)vec3_dot(axes[k], from_eye);
+    gl_program_set_f3(program, "u_ground_center", view);
+    const float range[2] = {(float)ground->whole_m, (float)ground->reach_m};
+    gl_program_set_f2(program, "u_ground_range", range);
 }
 
 /* What programs of all kinds read. */
@@ -93,7 +111,7 @@ static void bind(const struct lighting *lighting, const struct gl_program *progr
 {
     const struct shade_desc *desc = lighting->desc;
     const struct window_frame *frame = desc->frame;
-    const struct light_slice *slice = &lighting->slice;
+    const struct light_chunk *chunk = &lighting->chunk;
     window_set_view_ray(frame, program);
     window_set_clip_planes(frame, 1, program);
     bool has_map = view_has_environment(frame->view);
@@ -101,16 +119,20 @@ static void bind(const struct lighting *lighting, const struct gl_program *progr
         window_set_world_axes(frame, program);
     if (has_map)
         environment_maps_bind(frame->environment_maps, frame->environment, program);
+    if (frame->needs->visibility_lobes)
+        traced_shadows_bind_visibility(desc->seen, program);
     gl_program_set_f3(program, "u_sky", frame->state->sky);
     gl_program_set_f3(program, "u_ground", frame->state->ground);
+    if (frame->state->ground_plane.is_there)
+        set_ground(frame, program);
     gl_program_set_f(program, "u_taps", (float)light_taps(frame, desc->traced));
-    gl_program_set_u2(program, "u_light_slice", slice->first, slice->count);
-    gl_program_set_u2(program, "u_light_part", slice->is_first, slice->is_last);
+    gl_program_set_u2(program, "u_light_chunk", chunk->first, chunk->count);
+    gl_program_set_u2(program, "u_light_part", chunk->is_first, chunk->is_last);
     gl_buffer_bind_storage(&lighting->shade->lights, BIND_LIGHTS);
     gl_buffer_bind_storage(&lighting->shade->statistics, BIND_STATISTICS);
     if (frame->state->light_count) {
         light_lists_bind(desc->lists, program);
-        if (frame->needs->area_samples > 1)
+        if (shader_needs_areas(frame->needs))
             light_areas_bind(&lighting->shade->areas, frame, program);
         if (desc->traced)
             traced_shadows_bind(desc->traced, program);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The one pass that lights surfaces: any set of them (renderer/window/surface_set.h), with a slice
+/* The one pass that lights surfaces: any set of them (renderer/window/surface_set.h), with a chunk
  * of the lights, in time slices between which urgent frames may run. Thread: GL. */
 #ifndef VITRAIL_RENDERER_SHADING_LIGHTING_H
 #define VITRAIL_RENDERER_SHADING_LIGHTING_H
@@ -10,9 +10,9 @@
 struct lighting {
     struct shade *shade;           /* required */
     const struct shade_desc *desc; /* required */
-    struct light_slice slice;
-    int part, parts; /* of the work: those that are done, and how many there are about; for
-                        desc->advance */
+    struct light_chunk chunk;
+    /* Of the work: those that are done, and how many there are about; for desc->advance. */
+    int part, parts;
 };
 
 /* Lights the set by a program of its kind. Then a part of the work is done. */
@@ -21,9 +21,9 @@ MUST_CHECK bool lighting_run(struct lighting *lighting, const struct surface_set
 /* Tells desc->advance that of the next part so much is done. */
 void lighting_tell(const struct lighting *lighting, double done);
 
-/* The program that lights such sets with such a slice. Thread: any. */
+/* The program that lights such sets with such a chunk. Thread: any. */
 void lighting_list_program(const struct window_frame *frame, const struct shade_facts *facts,
-                           const struct light_slice *slice, const struct surface_kind *kind,
+                           const struct light_chunk *chunk, const struct surface_kind *kind,
                            bool is_conditional, struct program_list *list);
 
 #endif

@@ -12,9 +12,10 @@ enum {
     STEPS_PER_LIGHT = 4,
     STEPS_PER_LOOK = 16,
     STEPS_PER_AREA = 2,   /* and one for each of its points */
+    STEPS_PER_FORM = 96,  /* five lobes at most, of the 17 sides of a disk above the horizon */
     STEPS_PER_ANSWER = 2, /* of a ray */
-    STEPS_PER_TAP = 10, /* the tap, and the ends of the loops of every kind of structure, entered or
-                           not */
+    /* The tap, and the ends of the loops of every kind of structure, entered or not. */
+    STEPS_PER_TAP = 10,
 };
 
 uint32_t loop_steps_most(uint32_t end)
@@ -42,7 +43,7 @@ static uint64_t steps_of_search(uint64_t longest)
 static uint64_t steps_of_light(const struct loop_lights *lights)
 {
     uint64_t points = lights->points > 1 ? lights->points + STEPS_PER_AREA : 0;
-    return STEPS_PER_LIGHT + points;
+    return STEPS_PER_LIGHT + points + (lights->has_area_form ? STEPS_PER_FORM : 0);
 }
 
 /* Points of areas are looked up in the loop over them. */

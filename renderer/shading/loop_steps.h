@@ -27,11 +27,12 @@ struct loop_lights {
     uint64_t longest_list; /* events of a texel of their structures */
     uint32_t taps;         /* texels of one look; 0: the shadow is there already, traced */
     uint32_t points;       /* that are taken of an area light; 0 and 1: no light is taken so */
+    bool has_area_form;    /* some lights are integrated over, along their outlines */
     bool walks_lists;      /* event by event, not by halves: linked lists, and lists that leave out
                               the object that asks */
-    uint32_t surfaces;     /* lit one after the other, at most: as many as a pixel has samples; at
-                              least 1 */
-    uint64_t besides;      /* steps of the invocation's other loops */
+    /* Lit one after the other, at most: as many as a pixel has samples; at least 1. */
+    uint32_t surfaces;
+    uint64_t besides; /* steps of the invocation's other loops */
 };
 
 /* Steps of an invocation whose surfaces have `count` lights each, at most. */

@@ -5,6 +5,8 @@
 #include <epoxy/gl.h>
 #include <stdio.h>
 
+#include "renderer/shading/accumulation.h"
+#include "renderer/shading/refraction.h"
 #include "renderer/window/apart.h"
 
 static void describe_as(const struct window_frame *frame, const struct surface_facts *facts,
@@ -12,13 +14,16 @@ static void describe_as(const struct window_frame *frame, const struct surface_f
 {
     const char *compositing = facts->compositing;
     const struct view_screen *screen = &frame->view->screen;
+    bool maps_here = screen->has_backdrop && !accumulation_maps(frame);
     bool has_choice = screen->mapping.operator_ != TONE_MAPPING_NEUTRAL;
     bool shows_map = view_has_environment(frame->view) && frame->view->environment_is_background;
-    snprintf(text, SURFACE_DEFINES_BYTES, " SAMPLES=%d%s%s%s%s%s%s%s", frame->targets->samples,
+    snprintf(text, SURFACE_DEFINES_BYTES, " SAMPLES=%d%s%s%s%s%s%s%s%s%s", frame->targets->samples,
              facts->has_shadow_maps && frame->needs->has_normal_offset ? " HAS_NORMAL_OFFSET" : "",
              is_apart ? " SAMPLES_APART" : "", compositing ? " LAYERS=" : "",
-             compositing ? compositing : "", screen->has_backdrop ? " HAS_BACKDROP" : "",
-             screen->has_backdrop && has_choice ? " TONE_HAS_CHOICE" : "",
+             compositing ? compositing : "",
+             compositing && refraction_is_possible(frame) ? " HAS_REFRACTION" : "",
+             screen->has_backdrop ? " HAS_BACKDROP" : "", accumulation_defines(frame),
+             maps_here && has_choice ? " TONE_HAS_CHOICE" : "",
              shows_map ? " HAS_ENVIRONMENT_BACKGROUND" : "");
 }
 
@@ -35,7 +40,7 @@ static void describe_apart(const struct window_frame *frame, const struct surfac
 }
 
 /* In the picture, or behind what a screen shows of it. */
-static void set_background(const struct view *view, const struct gl_program *program)
+void opaque_samples_set_background(const struct view *view, const struct gl_program *program)
 {
     const struct view_screen *screen = &view->screen;
     const float *b = view->background, none[4] = {0};
@@ -53,7 +58,10 @@ static void set_background(const struct view *view, const struct gl_program *pro
 
 static void bind_picture(const struct window_frame *frame, const struct gl_program *program)
 {
-    set_background(frame->view, program);
+    opaque_samples_set_background(frame->view, program);
+    if (frame->targets->bent.name)
+        refraction_bind(frame);
+    accumulation_bind(frame);
     window_set_samples(frame, program);
     window_bind_targets(frame, program);
     if (frame->targets->parts.name)

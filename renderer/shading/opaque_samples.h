@@ -15,4 +15,7 @@ struct surface_set opaque_samples_of(const struct window_frame *frame);
 struct surface_set samples_apart_of(const struct window_frame *frame, uint32_t first,
                                     uint32_t count, bool is_counted);
 
+/* The uniforms of the background, and of a backdrop (shaders/shading/backdrop.glsl). */
+void opaque_samples_set_background(const struct view *view, const struct gl_program *program);
+
 #endif

@@ -223,7 +223,7 @@ static struct way *take_way(struct readback *readback, const struct window_frame
     way = oldest(readback, frame->report);
     if (way)
         return collect(way, true, err) ? way : NULL;
-    struct error of_other = {0}; /* which that frame is told when it is collected */
+    struct error of_other = {0}; /* which that frame reports when it is collected */
     way = oldest(readback, NULL);
     return collect(way, true, &of_other) ? way : find_free(readback);
 }

@@ -31,14 +31,14 @@ uint64_t readback_window_bytes(uint64_t pixels);
 struct readback_guess {
     struct pixel_lists_guess lists;
     const struct gl_buffer *sizes; /* two words: struct list_sizes */
-    struct list_history *history;  /* outlives the frame: is told of them */
+    struct list_history *history;  /* outlives the frame: learns of them */
     struct content_key key;        /* of the window there */
 };
 
 struct readback_desc { /* all required but the last five */
     const struct window_frame *frame;
-    struct image *color; /* of the whole frame: valid until it is collected or dropped; of U8: as a
-                            screen shows it */
+    /* Of the whole frame: valid until it is collected or dropped; of U8: as a screen shows it. */
+    struct image *color;
     const struct gl_buffer *counts;     /* NULL: nothing was counted; READBACK_COUNT_WORDS ... */
     uint64_t counts_offset_bytes;       /* ... from here on, added to the frame's report */
     const struct readback_guess *guess; /* NULL: none is guessed */

@@ -68,8 +68,8 @@ bool shade_upload_lights(struct shade *shade, const struct shade_lights_desc *de
                                                    .size_bytes = STATISTICS_WORDS * 4,
                                                    .is_dynamic = true},
                           false, err) &&
-        (desc->needs->area_samples <= 1 ||
-         light_areas_upload(&shade->areas, state, desc->camera, err));
+        (!shader_needs_areas(desc->needs) ||
+         light_areas_upload(&shade->areas, state, desc->camera, desc->needs->has_area_form, err));
     if (ok)
         gl_buffer_write(&shade->lights, 0, bytes, records);
     free(records);
@@ -84,7 +84,7 @@ struct shade_facts shade_facts_of(const struct shade_desc *desc)
         .shadows = desc->traced ? SHADE_TRACED_SHADOWS : shadow_system_defines(desc->shadows),
         .lists = light_lists_defines(desc->lists),
         .is_traced = desc->traced,
-        .has_entries = layers->entry_count > 0,
+        .has_layers = layers->layer_count > 0,
         .has_media = layers->has_media,
         .may_surround = layers->may_surround,
     };
@@ -93,17 +93,18 @@ struct shade_facts shade_facts_of(const struct shade_desc *desc)
 void shade_list_programs(const struct window_frame *frame, const struct shade_facts *facts,
                          enum light_parts parts, bool is_conditional, struct program_list *list)
 {
-    const struct light_slice slice = {.is_whole = parts != LIGHTS_IN_SLICES,
+    const struct light_chunk chunk = {.is_whole = parts != LIGHTS_IN_CHUNKS,
                                       .is_first = true,
                                       .is_last = parts == LIGHTS_AT_ONCE};
-    if (facts->has_entries)
-        lighting_list_program(frame, facts, &slice, facts->method->surfaces, is_conditional, list);
-    lighting_list_program(frame, facts, &slice, &opaque_samples, is_conditional, list);
+    if (facts->has_layers)
+        lighting_list_program(frame, facts, &chunk, facts->method->surfaces, is_conditional, list);
+    lighting_list_program(frame, facts, &chunk, &opaque_samples, is_conditional, list);
     if (apart_is_possible(frame))
-        lighting_list_program(frame, facts, &slice, &samples_apart, true, list);
+        lighting_list_program(frame, facts, &chunk, &samples_apart, true, list);
 }
 
-/* A batch of lights: its sums would not be told from those of the others. What follows finds 0. */
+/* A batch of lights: its sums would not be distinguished from those of the others. What follows
+ * finds 0. */
 static void take_lookups(struct shade *shade, const struct shade_desc *desc)
 {
     uint32_t words[READBACK_LOOKUP_WORDS] = {0}; /* a lost context reads nothing */
@@ -116,19 +117,47 @@ static void take_lookups(struct shade *shade, const struct shade_desc *desc)
 
 /* ---- which sets, and in which order ---- */
 
-static bool run_layers(void *context, const struct surface_set *set, struct error *err)
+/* The chunks that the lists of a window are walked in. */
+struct chunk_walk {
+    struct lighting *lighting;
+    uint32_t count;
+};
+
+static void begin_chunks(struct lighting *lighting)
 {
-    return lighting_run(context, set, err);
+    lighting->chunk.first = 0;
+    lighting->chunk.is_first = !lighting->desc->is_continued;
 }
 
-/* Transparent surfaces come first, because the program of opaque samples composites them. */
-static bool light_all(struct lighting *lighting, struct error *err)
+static void next_chunk(struct lighting *lighting)
 {
-    const struct shade_desc *desc = lighting->desc;
-    const struct surface_lighter lighter = {.context = lighting, .light = run_layers};
-    const struct surface_set opaque = opaque_samples_of(desc->frame);
-    return desc->layers->method->light(desc->layers, desc->frame, &lighter, err) &&
-           lighting_run(lighting, &opaque, err);
+    lighting->chunk.first += lighting->chunk.count;
+    lighting->chunk.is_first = false;
+}
+
+static void set_last(struct lighting *lighting, bool is_last)
+{
+    lighting->chunk.is_last = is_last && !lighting->desc->continues;
+}
+
+/* Lights one set with all chunks of a struct chunk_walk, one after the other. */
+static bool light_set(void *context, const struct surface_set *set, struct error *err)
+{
+    const struct chunk_walk *walk = context;
+    struct lighting *lighting = walk->lighting;
+    begin_chunks(lighting);
+    for (uint32_t i = 0; i < walk->count; i++, next_chunk(lighting)) {
+        set_last(lighting, i + 1 == walk->count);
+        if (!lighting_run(lighting, set, err))
+            return false;
+    }
+    return true;
+}
+
+/* Lights one set with the chunk at hand. */
+static bool light_chunk_of_set(void *context, const struct surface_set *set, struct error *err)
+{
+    return lighting_run(context, set, err);
 }
 
 /* Pixels of the list of those whose samples are lit apart. */
@@ -138,45 +167,59 @@ struct apart_piece {
 
 /* On our own processors the length of the list is read where others may go first, so that it comes
  * in pieces; other devices would be waited for. */
-static bool light_apart(struct lighting *lighting, const struct apart_piece *piece,
-                        struct error *err)
+static struct surface_set apart_set(const struct shade_desc *desc, const struct apart_piece *piece)
 {
-    const struct shade_desc *desc = lighting->desc;
     bool is_counted = desc->yield && desc->frame->limits->is_software;
-    const struct surface_set set =
-        samples_apart_of(desc->frame, piece->first, piece->count, is_counted);
-    return lighting_run(lighting, &set, err);
+    return samples_apart_of(desc->frame, piece->first, piece->count, is_counted);
 }
 
-/* piece: NULL: all sets of the window; else samples apart. */
-static bool light_slice(struct lighting *lighting, const struct apart_piece *piece,
-                        struct error *err)
+/* Lights transparent surfaces, then opaque samples, whose program composites the former. */
+static bool light_all(const struct shade_desc *desc, const struct surface_lighter *lighter,
+                      struct error *err)
 {
-    const struct shade_desc *desc = lighting->desc;
-    const struct light_slice *slice = &lighting->slice;
-    if (desc->traced) {
-        lighting_tell(lighting, 0);
-        if (!traced_shadows_trace(desc->traced, light_lists_clusters(desc->lists), slice->first,
-                                  slice->count, err))
-            return false;
-        lighting->part++;
-    }
-    return piece ? light_apart(lighting, piece, err) : light_all(lighting, err);
+    const struct surface_set opaque = opaque_samples_of(desc->frame);
+    return desc->layers->method->light(desc->layers, desc->frame, lighter, err) &&
+           lighter->light(lighter->context, &opaque, err);
 }
 
-static bool light_slices(struct lighting *lighting, uint32_t slice_count,
+/* Lights the window, or that piece of it, with filters that rays find for one chunk of the lights
+ * at a time. */
+static bool light_traced(struct lighting *lighting, uint32_t chunk_count,
                          const struct apart_piece *piece, struct error *err)
 {
     const struct shade_desc *desc = lighting->desc;
-    struct light_slice *slice = &lighting->slice;
-    slice->first = 0;
-    for (uint32_t i = 0; i < slice_count; i++, slice->first += slice->count) {
-        slice->is_first = i == 0 && !desc->is_continued;
-        slice->is_last = i + 1 == slice_count && !desc->continues;
-        if (!light_slice(lighting, piece, err))
+    const struct surface_lighter lighter = {.context = lighting, .light = light_chunk_of_set};
+    begin_chunks(lighting);
+    for (uint32_t i = 0; i < chunk_count; i++, next_chunk(lighting)) {
+        set_last(lighting, i + 1 == chunk_count);
+        lighting_tell(lighting, 0);
+        if (!traced_shadows_trace(desc->traced, light_lists_clusters(desc->lists),
+                                  lighting->chunk.first, lighting->chunk.count, err))
             return false;
+        lighting->part++;
+        if (piece) {
+            const struct surface_set set = apart_set(desc, piece);
+            if (!lighting_run(lighting, &set, err))
+                return false;
+        } else if (!light_all(desc, &lighter, err)) {
+            return false;
+        }
     }
     return true;
+}
+
+/* Lights all sets of the window, or samples apart, with all chunks. piece: NULL: all sets. */
+static bool light_chunks(struct lighting *lighting, uint32_t chunk_count,
+                         const struct apart_piece *piece, struct error *err)
+{
+    struct chunk_walk walk = {.lighting = lighting, .count = chunk_count};
+    const struct surface_lighter lighter = {.context = &walk, .light = light_set};
+    if (lighting->desc->traced)
+        return light_traced(lighting, chunk_count, piece, err);
+    if (!piece)
+        return light_all(lighting->desc, &lighter, err);
+    const struct surface_set set = apart_set(lighting->desc, piece);
+    return light_set(&walk, &set, err);
 }
 
 /* ---- samples apart ---- */
@@ -202,15 +245,16 @@ static bool light_apart_traced(struct shade *shade, const struct shade_desc *des
                                struct error *err)
 {
     struct lighting lighting = {.shade = shade, .desc = desc, .parts = 1};
-    uint32_t end = apart_count(desc->frame), slice_count;
+    uint32_t end = apart_count(desc->frame), chunk_count;
     uint32_t room = traced_shadows_apart_room(desc->traced, desc->frame->targets->samples);
     struct apart_piece piece = {.first = 0};
     for (; piece.first < end; piece.first += piece.count) {
         piece.count = end - piece.first < room ? end - piece.first : room;
         if (!collect_piece(desc, &piece, err) ||
-            !light_slices_choose(desc, shade->loop_steps, &lighting.slice, &slice_count, err) ||
-            (slice_count > 1 && !targets_prepare_parts(desc->frame->targets, err)) ||
-            !light_slices(&lighting, slice_count, &piece, err))
+            (desc->seen && !traced_shadows_see(desc->seen, err)) ||
+            !light_chunks_choose(desc, shade->loop_steps, &lighting.chunk, &chunk_count, err) ||
+            (chunk_count > 1 && !targets_prepare_parts(desc->frame->targets, err)) ||
+            !light_chunks(&lighting, chunk_count, &piece, err))
             return false;
     }
     return true;
@@ -218,7 +262,7 @@ static bool light_apart_traced(struct shade *shade, const struct shade_desc *des
 
 /* Where all lights are in the picture: which samples are lit apart, and these where all lights are
  * at hand. */
-static bool light_differing(struct lighting *lighting, uint32_t slice_count, struct error *err)
+static bool light_differing(struct lighting *lighting, uint32_t chunk_count, struct error *err)
 {
     const struct shade_desc *desc = lighting->desc;
     const struct apart_piece all = {.first = 0};
@@ -230,7 +274,7 @@ static bool light_differing(struct lighting *lighting, uint32_t slice_count, str
         apart.advance = NULL;
         return light_apart_traced(lighting->shade, &apart, err);
     }
-    return desc->is_continued || light_slices(lighting, slice_count, &all, err);
+    return desc->is_continued || light_chunks(lighting, chunk_count, &all, err);
 }
 
 /* ---- the window ---- */
@@ -252,20 +296,21 @@ bool shade_window(struct shade *shade, const struct shade_desc *desc, struct err
     bool is_batch = desc->is_continued || desc->continues;
     const struct apart_piece all = {.first = 0};
     struct lighting lighting = {.shade = shade, .desc = desc};
-    uint32_t slice_count;
-    if (!light_slices_choose(desc, shade->loop_steps, &lighting.slice, &slice_count, err) ||
-        !prepare_targets(desc, slice_count > 1 || is_batch, may_differ, err))
+    uint32_t chunk_count;
+    if (!light_chunks_choose(desc, shade->loop_steps, &lighting.chunk, &chunk_count, err) ||
+        !prepare_targets(desc, chunk_count > 1 || is_batch, may_differ, err))
         return false;
-    gl_buffer_clear_u32(&shade->statistics, 0, STATISTICS_WORDS * 4, 0);
-    desc->frame->report->counts.light_slices += desc->is_apart ? 0 : slice_count;
+    if (desc->frame->round == 0) /* the others add to what it counts */
+        gl_buffer_clear_u32(&shade->statistics, 0, STATISTICS_WORDS * 4, 0);
+    desc->frame->report->counts.light_chunks += desc->is_apart ? 0 : chunk_count;
     int sets = desc->is_apart
                    ? 1
                    : 1 + (desc->traced != NULL) + desc->layers->method->count_sets(desc->layers) +
                          (may_differ && !desc->traced && !is_batch);
-    lighting.parts = (int)slice_count * sets;
+    lighting.parts = (int)chunk_count * sets;
     shade->has_apart = desc->is_apart;
-    if (!light_slices(&lighting, slice_count, desc->is_apart ? &all : NULL, err) ||
-        (may_differ && !desc->continues && !light_differing(&lighting, slice_count, err)))
+    if (!light_chunks(&lighting, chunk_count, desc->is_apart ? &all : NULL, err) ||
+        (may_differ && !desc->continues && !light_differing(&lighting, chunk_count, err)))
         return false;
     if (is_batch)
         take_lookups(shade, desc);

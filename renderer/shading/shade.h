@@ -8,7 +8,7 @@
 #include "renderer/image/image.h"
 #include "renderer/lights/light_lists.h"
 #include "renderer/shading/light_areas.h"
-#include "renderer/shading/light_slices.h"
+#include "renderer/shading/light_chunks.h"
 #include "renderer/shading/readback.h"
 #include "renderer/shadows/shadow_traced.h"
 #include "renderer/shadows/shadows.h"
@@ -22,7 +22,7 @@ struct shade {
     struct light_areas areas;    /* where points are taken on them */
     bool has_apart;              /* the window's pixels shaded apart were listed */
     uint64_t loop_steps;         /* of one invocation, at most */
-    /* Pixels or entries of a pass's first time slice; 0: what its pace says. */
+    /* Pixels or layers of a pass's first time slice; 0: what its pace says. */
     uint64_t first_slice;
 };
 
@@ -33,17 +33,19 @@ struct shade_desc {
     struct layers *layers;               /* required, found for the window */
     struct traced_shadows *traced; /* optional: collected for the window, takes the place of all
                                       structures; the lists must be clustered */
+    struct traced_shadows *seen;   /* with needs->visibility_lobes: seen for the window */
     /* Optional: passes come in time slices, with the same bits. Urgent frames leave GL and the
      * shadows as they were, but for bindings and uniforms. */
     const struct yield_point *yield;
     struct time_slice_pace pace; /* with it: of frames like this one */
-    /* Optional: told which part of the work begins, as shares of it. */
+    /* Optional: called when a part of the work begins, with its shares of the whole. */
     void (*advance)(const void *context, double first, double size);
     const void *advance_context;
     bool is_continued; /* other lights have been shaded before these: adds to what is there */
     bool continues;    /* others follow: the image is made with the last of them */
-    bool is_apart; /* all lights were there before: once more, of the samples in other light than
-                      their neighbours (renderer/window/apart.h) */
+    /* All lights were there before: once more, of the samples in other light than their neighbours
+     * (renderer/window/apart.h). */
+    bool is_apart;
 };
 
 /* What decides the shading programs, beside the frame. */
@@ -52,8 +54,8 @@ struct shade_facts {
     const char *shadows; /* #define items of shadow queries, or SHADE_TRACED_SHADOWS */
     const char *lists;   /* those of light lists */
     bool is_traced;
-    const struct transparency_method *method;  /* where there are entries */
-    bool has_entries, has_media, may_surround; /* of struct layers */
+    const struct transparency_method *method; /* where there are layers */
+    bool has_layers, has_media, may_surround; /* of struct layers */
 };
 struct shade_facts shade_facts_of(const struct shade_desc *desc);
 /* The programs that shade such a window; of frame what geometry_list_transparent needs. Thread:
@@ -73,7 +75,7 @@ struct shade_lights_desc {
  * its lights. */
 MUST_CHECK bool shade_upload_lights(struct shade *shade, const struct shade_lights_desc *desc,
                                     struct error *err);
-/* Shades list entries, then pixels, into frame->targets->image, and then samples apart where all
+/* Shades layers, then pixels, into frame->targets->image, and then samples apart where all
  * lights came at once: who brings them in parts asks apart_count and brings them again. The bits
  * are the same whether the lights come at once or in parts, as long as the parts follow the order
  * of the light lists. */

@@ -105,8 +105,8 @@ uint32_t caster_key(const struct caster_view *view, const struct state_item *ite
                (has_media && item->is_medium && view->map->plane_count
                     ? VARIANT_MEDIA | VARIANT_MEDIUM
                     : 0u);
-    if (!is_certain && view->pass == CASTER_SCATTER) /* one program for both passes: they must
-                                                        decide alike */
+    /* One program for both passes: they must decide alike. */
+    if (!is_certain && view->pass == CASTER_SCATTER)
         key -= (uint32_t)(CASTER_SCATTER - CASTER_COUNT) * VARIANT_PASS;
     if (!is_linked && view->map->prefilter > 1)
         key |= (uint32_t)view->map->prefilter * VARIANT_SUBTEXELS;

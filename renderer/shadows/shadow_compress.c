@@ -48,7 +48,8 @@ void shadow_compress_choose(struct shadow_map *map, const struct shadow_casters 
     map->prefilter = prefilter;
 }
 
-uint64_t shadow_compress_event_bytes(const struct shadow_map *map)
+/* Bytes that an event of the exact lists takes. */
+static uint64_t event_bytes(const struct shadow_map *map)
 {
     return SHADOW_EVENT_BYTES + (map->has_media ? SHADOW_MEDIUM_BYTES : 0);
 }
@@ -63,10 +64,10 @@ void shadow_compress_report(const struct shadow_map *map, struct report_compress
     c->maps++;
     c->events += map->exact_events;
     c->nodes += map->event_count;
-    c->exact_bytes += map->exact_events * shadow_compress_event_bytes(map);
+    c->exact_bytes += map->exact_events * event_bytes(map);
     c->node_bytes += map->event_count * SHADOW_NODE_BYTES;
     c->windows += map->built_windows;
-    c->prefilter = map->prefilter;
+    c->prefilter = (uint64_t)map->prefilter;
     c->max_error = fmax(c->max_error, map->compression);
 }
 

@@ -37,9 +37,6 @@ uint32_t shadow_compress_fine_flags(const struct shadow_map *map);
 /* The programs that make the nodes of such a map. Thread: any. */
 void shadow_compress_list_programs(const struct shadow_map *map, struct program_list *list);
 
-/* Bytes that an event of the exact lists takes. */
-uint64_t shadow_compress_event_bytes(const struct shadow_map *map);
-
 /* Adds a map with SHADOW_FLAG_NODES to what a frame reports. */
 void shadow_compress_report(const struct shadow_map *map, struct report_compression *compression);
 

@@ -205,7 +205,8 @@ static bool init_orthographic(struct shadow_frame *frame, const struct state_lig
         const struct state_item *item = &state->items[i];
         for (int k = 0; k < 2 && item->casts_shadow; k++)
             grow_interval(state, item, frame->axis[k], box[k]);
-        grow_interval(state, item, frame->axis[2], box[2]);
+        if (!item->is_ground) /* it lies behind all casters that shadow it */
+            grow_interval(state, item, frame->axis[2], box[2]);
     }
     if (box[0][0] > box[0][1])
         return false;

@@ -11,16 +11,17 @@
 struct shadow_frame {
     uint32_t shape;      /* SHADOW_ONE_FACE, SHADOW_CUBE, SHADOW_ORTHOGRAPHIC */
     uint32_t face_count; /* 1 or 6 */
-    double origin[3];  /* world; of the light, or the middle of the orthographic box's near side */
-    double axis[3][3]; /* rows x, y, z of light_from_world; the light looks along +z; y x x = z, so
-                          nothing is mirrored */
-    double scale[2];   /* perspective: 1 / tan(half angle); orthographic: 1 / half extent [1/m] */
-    double unit_m;     /* of the scene; what is drawn for the light is in this unit */
-    double near_m;     /* perspective */
-    double depth_m;    /* orthographic: extent of the box along z */
-    double range_m;    /* perspective: beyond it the light does not reach; 0 = unbounded */
-    double cone[3];    /* direction of the outer cone */
-    double cone_rad;   /* its half angle; pi for all directions */
+    double origin[3]; /* world; of the light, or the middle of the orthographic box's near side */
+    /* Rows x, y, z of light_from_world; the light looks along +z; y x x = z, so nothing is
+     * mirrored. */
+    double axis[3][3];
+    double scale[2]; /* perspective: 1 / tan(half angle); orthographic: 1 / half extent [1/m] */
+    double unit_m;   /* of the scene; what is drawn for the light is in this unit */
+    double near_m;   /* perspective */
+    double depth_m;  /* orthographic: extent of the box along z */
+    double range_m;  /* perspective: beyond it the light does not reach; 0 = unbounded */
+    double cone[3];  /* direction of the outer cone */
+    double cone_rad; /* its half angle; pi for all directions */
 };
 
 /* A directional light's box is as wide as the casters and as deep as the whole scene. A point or
@@ -35,7 +36,8 @@ uint32_t shadow_frame_faces(const struct shadow_frame *frame, const struct state
 /* Rows (x, y, z) of face_from_light: looking along +z. Of 0, 1 and -1, so that it turns without
  * rounding. */
 void shadow_frame_face_turn(const struct shadow_frame *frame, uint32_t face, double rows[3][3]);
-/* Rows (x, y, z) of face_from_world about the origin. */
+/* Rows (x, y, z) of face_from_world about the origin. Outside of this module, the model of the
+ * tests asks it. */
 void shadow_frame_face_axes(const struct shadow_frame *frame, uint32_t face, double axes[3][3]);
 
 #endif

@@ -104,7 +104,7 @@ void shadow_guesses_untell(struct shadow_guesses *guesses, uint64_t frame)
 {
     for (size_t i = 0; i < guesses->use_count; i++)
         if (guesses->uses[i].frame == frame)
-            guesses->uses[i].is_told = false;
+            guesses->uses[i].is_reported = false;
 }
 
 /* Takes those of the frame out; their number. NULL: they are only dropped. */

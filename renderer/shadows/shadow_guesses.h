@@ -20,7 +20,7 @@ struct shadow_guess {
 
 struct shadow_use { /* of an open map by a frame that runs */
     uint64_t frame, guess;
-    bool is_told; /* its report is to have the sizes */
+    bool is_reported; /* its report is to have the sizes */
 };
 
 struct shadow_guesses { /* zeroed = empty */

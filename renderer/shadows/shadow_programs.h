@@ -15,21 +15,22 @@ void shadow_map_describe(struct shadow_map *map, const struct shadow_need *need,
 
 /* #define items of programs that look up shadows: only what the structures of a frame need, so that
  * an absent shape or kind leaves no code. Zeroed: none. */
-enum shadow_feature { /* in the order of the items */
-                      SHADOW_FEATURE_MAPS,
-                      SHADOW_FEATURE_ORTHOGRAPHIC,
-                      SHADOW_FEATURE_PERSPECTIVE,
-                      SHADOW_FEATURE_CUBES,
-                      SHADOW_FEATURE_IDS,
-                      SHADOW_FEATURE_FAITHFUL,
-                      SHADOW_FEATURE_MEDIA,
-                      SHADOW_FEATURE_NODES,
-                      /* The second of these two follows from the first once lists are built: it may
-                       * be either before.
-                       */
-                      SHADOW_FEATURE_SEARCHED,
-                      SHADOW_FEATURE_LONG,
-                      SHADOW_FEATURES
+/* In the order of the items. */
+enum shadow_feature {
+    SHADOW_FEATURE_MAPS,
+    SHADOW_FEATURE_ORTHOGRAPHIC,
+    SHADOW_FEATURE_PERSPECTIVE,
+    SHADOW_FEATURE_CUBES,
+    SHADOW_FEATURE_IDS,
+    SHADOW_FEATURE_FAITHFUL,
+    SHADOW_FEATURE_MEDIA,
+    SHADOW_FEATURE_NODES,
+    /* The second of these two follows from the first once lists are built: it may
+     * be either before.
+     */
+    SHADOW_FEATURE_SEARCHED,
+    SHADOW_FEATURE_LONG,
+    SHADOW_FEATURES
 };
 enum { SHADOW_DEFINES_BYTES = 256 };
 struct shadow_features {

@@ -40,8 +40,8 @@ static void report_bytes(const struct shadow_system *shadows, struct frame_repor
     }
 }
 
-void shadow_report_told(uint32_t map_flags, const struct deep_statistics *sizes,
-                        struct frame_report *report)
+void shadow_report_sizes(uint32_t map_flags, const struct deep_statistics *sizes,
+                         struct frame_report *report)
 {
     uint64_t total = deep_statistics_total(sizes);
     double mean = report->counts.mean_list;

@@ -44,7 +44,7 @@ bool shadow_sizes_use(struct shadow_system *shadows, const struct shadow_prepare
     for (size_t i = 0; i < shadows->light_count; i++) {
         const struct shadow_map *map = shadows->light_maps[i];
         const struct shadow_use use = {
-            .frame = desc->frame, .guess = map ? map->guess : 0, .is_told = !desc->is_again};
+            .frame = desc->frame, .guess = map ? map->guess : 0, .is_reported = !desc->is_again};
         if (use.guess && !shadow_guesses_use(&shadows->guesses, &use, err))
             return false;
     }
@@ -87,8 +87,8 @@ static void take(struct shadow_system *shadows, const struct shadow_use *use,
     }
     if (map)
         close_map(shadows, map, sizes);
-    if (use->is_told)
-        shadow_report_told(guess->flags, sizes, report);
+    if (use->is_reported)
+        shadow_report_sizes(guess->flags, sizes, report);
 }
 
 void shadow_system_take_sizes(struct shadow_system *shadows, const struct shadow_sent *sent,

@@ -9,8 +9,8 @@
 #include "renderer/base/content_key.h"
 
 enum {
-    DEEP_CLASSES = 16, /* class c: lists of 2^c + 1 to 2^(c + 1) events; class 0: of 2, and with
-                          media of 1 */
+    /* Class c: lists of 2^c + 1 to 2^(c + 1) events; class 0: of 2, and with media of 1. */
+    DEEP_CLASSES = 16,
 };
 
 struct deep_statistics { /* of one light; words as shadow_scan.comp.glsl writes them */
@@ -51,7 +51,7 @@ bool shadow_history_find(const struct shadow_history *history, struct content_ke
 enum { SHADOW_SHORT_LIST = 15 };
 /* Room for the counted events and a quarter more. Lists change between neighbouring classes when a
  * light moves, so each class has room for a quarter of its neighbours', too. None without events.
- */
+ * Outside of this module, tests ask it. */
 struct deep_statistics deep_statistics_room(const struct deep_statistics *seen);
 
 #endif

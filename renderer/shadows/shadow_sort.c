@@ -243,7 +243,7 @@ void deep_sort_list_programs(uint32_t map_flags, bool on_host, struct program_li
     list_program(map_flags, merge_file, merge_on, list);
 }
 
-/* The program, told which lists it is to sort. */
+/* The program, with uniforms that say which lists it sorts. */
 static const struct gl_program *use_program(const struct deep_job *job,
                                             const struct sort_span *span, const char *file,
                                             const char *variant, int class_, struct error *err)

@@ -47,8 +47,8 @@ struct shadow_store {
     /* Frees the map used longest ago, at least so many frames; false when there is none. */
     bool (*make_room)(void *context, uint64_t frames);
     void *context;
-    uint64_t peak_bytes; /* most that the store and its builders took at once, since
-                            shadow_store_clear */
+    /* Most that the store and its builders took at once, since shadow_store_clear. */
+    uint64_t peak_bytes;
     /* Optional: called before the store allocates so many bytes more, within its budget. */
     void (*reserve)(void *context, uint64_t bytes);
     void *reserve_context;

@@ -7,13 +7,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "renderer/transparency/method.h"
 #include "renderer/window/apart.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/records.h"
 
-enum array_kind { POINTS, HEADS, LIST_ENDS, TABLE, FILTERS };
+enum array_kind { POINTS, HEADS, LAYER_ENDS, TABLE, FILTERS, VISIBILITY };
 
 uint64_t traced_shadows_points_max(const struct gl_limits *limits)
 {
@@ -22,9 +23,13 @@ uint64_t traced_shadows_points_max(const struct gl_limits *limits)
 }
 
 bool traced_shadows_begin(struct traced_shadows *traced, const struct raytrace_desc *desc,
-                          const bool *is_shadowed, struct error *err)
+                          const bool *is_shadowed, uint32_t visibility_lobes, struct error *err)
 {
     traced_shadows_end(traced);
+    traced->visibility_lobes = visibility_lobes;
+    traced->has_lights = false;
+    for (size_t i = 0; i < desc->state->light_count; i++)
+        traced->has_lights |= is_shadowed[i];
     traced->window_bytes = 0;
     traced->missing_bytes = 0;
     traced->rays = raytrace_shadows_create(desc, is_shadowed, &traced->stats, err);
@@ -61,8 +66,8 @@ void traced_shadows_set_budget(struct traced_shadows *traced, uint64_t bytes)
 void traced_shadows_free(struct traced_shadows *traced)
 {
     struct gl_texture *views[] = {&traced->head_view, &traced->table_view, &traced->filter_view};
-    struct gl_buffer *buffers[] = {&traced->points, &traced->heads, &traced->counter,
-                                   &traced->table, &traced->filters};
+    struct gl_buffer *buffers[] = {&traced->points, &traced->heads,   &traced->counter,
+                                   &traced->table,  &traced->filters, &traced->visibility};
     for (size_t i = 0; i < sizeof views / sizeof *views; i++)
         gl_texture_finish(views[i]);
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
@@ -88,7 +93,8 @@ static bool reserve(struct traced_shadows *traced, struct gl_buffer *buffer,
                     struct gl_texture *view, const char *label, uint32_t format, uint64_t bytes,
                     struct error *err)
 {
-    const bool from_host = format == GL_RG32UI; /* what rays found */
+    /* what rays found */
+    const bool from_host = format == GL_RG32UI || buffer == &traced->visibility;
     uint64_t grown = traced_shadows_size_bytes(traced) - buffer->size_bytes +
                      gl_buffer_reserved_bytes(buffer, bytes);
     if (traced->most_bytes && buffer->size_bytes < bytes && grown > traced->most_bytes)
@@ -103,37 +109,54 @@ static bool reserve(struct traced_shadows *traced, struct gl_buffer *buffer,
     return !view || gl_texture_follow_buffer(view, label, format, buffer, err);
 }
 
-static const char entries_file[] = "shadow_points_entries.comp.glsl",
-                  pixels_file[] = "shadow_points_pixels.comp.glsl";
+enum { DEFINES_BYTES = 96 };
 
-static struct program_desc program_of(const struct window_frame *frame, const char *file,
-                                      bool is_apart, char defines[64])
+/* Whose points a program collects: those of opaque samples, of samples that are lit apart, or of
+ * the surfaces of a kind. */
+struct collected {
+    const struct surface_kind *kind; /* NULL: of samples */
+    bool is_apart;
+};
+
+static struct program_desc program_of(const struct window_frame *frame,
+                                      const struct collected *collected,
+                                      char defines[DEFINES_BYTES])
 {
-    snprintf(defines, 64, "SAMPLES=%d%s%s", frame->targets->samples,
-             is_apart ? " SAMPLES_APART" : "",
-             frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "");
+    const struct surface_kind *kind = collected->kind;
+    const char *file = kind ? "shadow_points_surfaces.comp.glsl" : "shadow_points_pixels.comp.glsl";
+    snprintf(defines, DEFINES_BYTES, "SAMPLES=%d%s%s%s%s", frame->targets->samples,
+             collected->is_apart ? " SAMPLES_APART" : "",
+             frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "", kind ? " POINTS=" : "",
+             kind ? kind->points : "");
     return (struct program_desc){.label = file, .compute = file, .defines = defines};
 }
 
-void traced_shadows_list_programs(const struct window_frame *frame, bool has_layers,
-                                  struct program_list *list)
+static void list_program(const struct window_frame *frame, struct collected collected,
+                         bool is_conditional, struct program_list *list)
 {
-    char defines[64];
-    struct program_desc desc = program_of(frame, entries_file, false, defines);
-    if (has_layers)
-        program_list_add(list, "shadow.points", &desc, true);
-    desc = program_of(frame, pixels_file, false, defines);
-    program_list_add(list, "shadow.points", &desc, false);
-    desc = program_of(frame, pixels_file, true, defines);
-    if (apart_is_possible(frame))
-        program_list_add(list, "shadow.points", &desc, true);
+    char defines[DEFINES_BYTES];
+    const struct program_desc desc = program_of(frame, &collected, defines);
+    program_list_add(list, "shadow.points", &desc, is_conditional);
 }
 
-static const struct gl_program *use_program(const struct window_frame *frame, const char *file,
-                                            bool is_apart, struct error *err)
+void traced_shadows_list_programs(const struct window_frame *frame,
+                                  const struct surface_kind *layers, struct program_list *list)
 {
-    char defines[64];
-    const struct program_desc desc = program_of(frame, file, is_apart, defines);
+    if (layers)
+        list_program(frame, (struct collected){.kind = layers}, true, list);
+    list_program(frame, (struct collected){.kind = NULL}, false, list);
+    if (apart_is_possible(frame))
+        list_program(frame, (struct collected){.is_apart = true}, true, list);
+}
+
+/* Uses the program, which may write so many points. */
+static const struct gl_program *use_program(struct traced_shadows *traced,
+                                            const struct window_frame *frame,
+                                            const struct collected *collected, uint64_t points,
+                                            struct error *err)
+{
+    char defines[DEFINES_BYTES];
+    const struct program_desc desc = program_of(frame, collected, defines);
     const struct gl_program *program = program_cache_get(frame->programs, &desc, err);
     if (!program)
         return NULL;
@@ -141,23 +164,25 @@ static const struct gl_program *use_program(const struct window_frame *frame, co
     window_set_view_ray(frame, program);
     window_set_samples(frame, program);
     window_bind_targets(frame, program);
+    gl_buffer_bind_storage_range(&traced->points, 0, points * sizeof(struct shadow_point),
+                                 BIND_TRACED_POINTS);
     return program;
 }
 
-static bool collect_entries(struct traced_shadows *traced, const struct window_frame *frame,
-                            const struct layers *layers, struct error *err)
+static bool collect_layers(struct traced_shadows *traced, const struct window_frame *frame,
+                           const struct layers *layers, struct error *err)
 {
-    if (!layers->entry_count)
+    const struct collected collected = {.kind = layers->method->surfaces};
+    if (!layers->layer_count)
         return true;
-    const struct gl_program *program = use_program(frame, entries_file, false, err);
+    const struct gl_program *program =
+        use_program(traced, frame, &collected, layers->layer_count, err);
     if (!program)
         return false;
     layers->method->bind(layers, program);
-    gl_buffer_bind_storage_range(
-        &traced->points, 0, layers->entry_count * sizeof(struct shadow_point), BIND_TRACED_POINTS);
-    gl_program_set_u(program, "u_entries", (uint32_t)layers->entry_count);
+    gl_program_set_u(program, "u_surfaces", (uint32_t)layers->layer_count);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    window_dispatch_items(layers->entry_count);
+    window_dispatch_items(layers->layer_count);
     return true;
 }
 
@@ -180,18 +205,17 @@ static void dispatch_pixels(const struct window_frame *frame, const struct apart
 
 /* Collects the surfaces of all pixels, or of those of `apart`: counts them, and writes as many
  * points as there is room for. */
-static bool collect_surfaces(struct traced_shadows *traced, const struct window_frame *frame,
-                             const struct apart_range *apart, uint32_t first, uint32_t room,
-                             uint32_t *count, struct error *err)
+static bool collect_samples(struct traced_shadows *traced, const struct window_frame *frame,
+                            const struct apart_range *apart, uint32_t first, uint32_t room,
+                            uint32_t *count, struct error *err)
 {
-    const struct gl_program *program = use_program(frame, pixels_file, apart != NULL, err);
+    const struct collected collected = {.is_apart = apart != NULL};
+    const struct gl_program *program =
+        use_program(traced, frame, &collected, (uint64_t)first + room, err);
     if (!program)
         return false;
     gl_buffer_clear_u32(&traced->counter, 0, 4, 0);
     uint64_t pixels = (uint64_t)frame->window.width * (uint64_t)frame->window.height;
-    uint64_t points = (uint64_t)first + room;
-    gl_buffer_bind_storage_range(&traced->points, 0, points * sizeof(struct shadow_point),
-                                 BIND_TRACED_POINTS);
     gl_buffer_bind_storage_range(&traced->heads, 0, pixels * 4, BIND_TRACED_HEADS);
     gl_buffer_bind_storage(&traced->counter, BIND_STATISTICS);
     gl_program_set_u(program, "u_first_point", first);
@@ -206,10 +230,15 @@ static bool collect_surfaces(struct traced_shadows *traced, const struct window_
 
 enum { POINT_BYTES = sizeof(struct shadow_point) + 8 }; /* with its place in the table */
 
-/* Whether heads and so many points have room, and as many bytes again for filters. */
+enum { FILTER_BYTES = 8 };
+
+/* Whether heads and so many points have room, with what is seen of the map and, where lights are
+ * traced, as many bytes again for filters. */
 static bool has_room(struct traced_shadows *traced, uint64_t pixel_count, uint64_t points)
 {
-    uint64_t bytes = 2 * (pixel_count * 4 + points * POINT_BYTES);
+    uint64_t seen = points * traced->visibility_lobes * FILTER_BYTES;
+    uint64_t lists = points * (traced->has_lights ? POINT_BYTES : sizeof(struct shadow_point));
+    uint64_t bytes = (traced->has_lights ? 2 : 1) * (pixel_count * 4 + lists) + seen;
     traced->missing_bytes = traced->most_bytes && bytes > traced->most_bytes ? bytes : 0;
     return !traced->missing_bytes;
 }
@@ -221,11 +250,13 @@ static void drop_large(struct traced_shadows *traced)
         traced_shadows_free(traced);
 }
 
-/* Filters that one slice may have, beside the buffers of points. */
+/* Filters that one chunk may have, beside the buffers of points. */
 static size_t most_filters(const struct traced_shadows *traced)
 {
     uint64_t table = traced->window.count * 8;
+    uint64_t seen = traced->window.count * traced->visibility_lobes * FILTER_BYTES;
     uint64_t used = traced->points.size_bytes + traced->heads.size_bytes +
+                    (seen > traced->visibility.size_bytes ? seen : traced->visibility.size_bytes) +
                     (table > traced->table.size_bytes ? table : traced->table.size_bytes);
     uint64_t room = traced->most_bytes > used ? (traced->most_bytes - used) / 8 : 0;
     return !traced->most_bytes || room > TRACED_FILTERS_MAX ? TRACED_FILTERS_MAX : room;
@@ -237,7 +268,7 @@ static enum traced_outcome collect(struct traced_shadows *traced, const struct w
                                    struct error *err)
 {
     uint64_t pixel_count = (uint64_t)frame->window.width * (uint64_t)frame->window.height;
-    uint32_t entries = (uint32_t)layers->entry_count;
+    uint32_t layer_count = (uint32_t)layers->layer_count;
     *surfaces = (uint32_t)(pixel_count + pixel_count / 8);
     drop_large(traced);
     if (!reserve(traced, &traced->heads, &traced->head_view, "shadow.traced.heads", GL_R32UI,
@@ -246,13 +277,13 @@ static enum traced_outcome collect(struct traced_shadows *traced, const struct w
         return TRACED_FAILED;
     for (uint32_t room = 0; room < *surfaces;) {
         room = *surfaces;
-        if ((uint64_t)room + entries > traced_shadows_points_max(frame->limits) ||
-            !has_room(traced, pixel_count, (uint64_t)room + entries))
+        if ((uint64_t)room + layer_count > traced_shadows_points_max(frame->limits) ||
+            !has_room(traced, pixel_count, (uint64_t)room + layer_count))
             return TRACED_TOO_MANY;
         if (!reserve(traced, &traced->points, NULL, "shadow.traced.points", 0,
-                     ((uint64_t)room + entries) * sizeof(struct shadow_point), err) ||
-            !collect_entries(traced, frame, layers, err) ||
-            !collect_surfaces(traced, frame, NULL, entries, room, surfaces, err))
+                     ((uint64_t)room + layer_count) * sizeof(struct shadow_point), err) ||
+            !collect_layers(traced, frame, layers, err) ||
+            !collect_samples(traced, frame, NULL, layer_count, room, surfaces, err))
             return TRACED_FAILED;
     }
     return TRACED_COLLECTED;
@@ -270,12 +301,12 @@ static bool read_array(struct traced_shadows *traced, enum array_kind array,
     return true;
 }
 
-/* layers: NULL where entries have no points. */
+/* layers: NULL where they have no points. */
 static bool read_points(struct traced_shadows *traced, const struct window_frame *frame,
                         const struct layers *layers, uint32_t surfaces, struct error *err)
 {
     const struct camera_window *w = &frame->window;
-    uint64_t entries = layers ? layers->entry_count : 0, count = entries + surfaces;
+    uint64_t layer_count = layers ? layers->layer_count : 0, count = layer_count + surfaces;
     uint64_t pixel_bytes = 4 * (uint64_t)w->width * (uint64_t)w->height;
     free_arrays(traced);
     traced->arrays[TABLE] = calloc(count + 1, 2 * sizeof(uint32_t));
@@ -283,13 +314,14 @@ static bool read_points(struct traced_shadows *traced, const struct window_frame
         return error_set(err, ERROR_NO_MEMORY, "%llu points in shadow", (unsigned long long)count);
     if (!read_array(traced, POINTS, &traced->points, count * sizeof(struct shadow_point), err) ||
         !read_array(traced, HEADS, &traced->heads, pixel_bytes, err) ||
-        (entries && !read_array(traced, LIST_ENDS, &layers->lists.ends, pixel_bytes, err)))
+        (layer_count &&
+         !read_array(traced, LAYER_ENDS, layers->method->ends(layers), pixel_bytes, err)))
         return false;
     traced->window = (struct raytrace_shadow_points){
         .points = traced->arrays[POINTS],
         .count = count,
-        .entry_count = entries,
-        .entry_ends = traced->arrays[LIST_ENDS],
+        .layer_count = layer_count,
+        .layer_ends = traced->arrays[LAYER_ENDS],
         .heads = traced->arrays[HEADS],
         .width = w->width,
         .height = w->height,
@@ -308,7 +340,7 @@ enum traced_outcome traced_shadows_collect(struct traced_shadows *traced,
                     &(struct gpu_scope_desc){
                         .pass = "shadow.points",
                         .because = "rays are to start from the surfaces that are in view",
-                        .technique = "raytraced-shadows",
+                        .technique = traced->has_lights ? "raytraced-shadows" : "rays",
                         .stage = REPORT_SHADOW,
                     });
     enum traced_outcome outcome = collect(traced, frame, layers, &surfaces, err);
@@ -341,7 +373,7 @@ bool traced_shadows_collect_apart(struct traced_shadows *traced, const struct wi
                                      });
     /* others have no points */
     bool ok = window_clear(frame, &traced->heads, pixel_count * 4, err) &&
-              collect_surfaces(traced, frame, &apart, 0, room, &surfaces, err);
+              collect_samples(traced, frame, &apart, 0, room, &surfaces, err);
     gpu_scope_end(frame->timeline);
     assert(surfaces <= room);
     return ok && read_points(traced, frame, NULL, surfaces, err);
@@ -372,7 +404,9 @@ static void note_bytes(struct traced_shadows *traced, uint64_t filters)
 {
     const struct raytrace_shadow_points *window = &traced->window;
     uint64_t pixels = (uint64_t)window->width * (uint64_t)window->height;
-    uint64_t bytes = window->count * (sizeof(struct shadow_point) + 8) + pixels * 4 + filters * 8;
+    uint64_t each = sizeof(struct shadow_point) + traced->visibility_lobes * FILTER_BYTES;
+    uint64_t bytes = window->count * each + pixels * 4 + filters * FILTER_BYTES;
+    bytes += traced->has_lights ? window->count * 8 : 0;
     if (bytes > traced->window_bytes)
         traced->window_bytes = bytes;
 }
@@ -384,22 +418,50 @@ bool traced_shadows_trace(struct traced_shadows *traced, const struct clusters *
     if (!reserve_filters(traced, points * raytrace_shadows_most_filters(traced->rays, count) + 1,
                          err))
         return false;
-    struct raytrace_shadow_slice slice = {.clusters = clusters,
+    struct raytrace_shadow_chunk chunk = {.clusters = clusters,
                                           .first = first,
                                           .count = count,
                                           .table = traced->arrays[TABLE],
                                           .filters = traced->arrays[FILTERS],
                                           .capacity = traced->filter_capacity};
-    if (!raytrace_shadows_trace(traced->rays, &traced->window, &slice, &traced->stats, err) ||
+    if (!raytrace_shadows_trace(traced->rays, &traced->window, &chunk, &traced->stats, err) ||
         !reserve(traced, &traced->table, &traced->table_view, "shadow.traced.points", GL_RG32UI,
                  points * 8, err) ||
         !reserve(traced, &traced->filters, &traced->filter_view, "shadow.traced.filters", GL_RG32UI,
-                 slice.filter_count * 8, err))
+                 chunk.filter_count * 8, err))
         return false;
-    gl_buffer_write(&traced->table, 0, points * 8, slice.table);
-    gl_buffer_write(&traced->filters, 0, slice.filter_count * 8, slice.filters);
-    note_bytes(traced, slice.filter_count);
+    gl_buffer_write(&traced->table, 0, points * 8, chunk.table);
+    gl_buffer_write(&traced->filters, 0, chunk.filter_count * 8, chunk.filters);
+    note_bytes(traced, chunk.filter_count);
     return true;
+}
+
+bool traced_shadows_see(struct traced_shadows *traced, struct error *err)
+{
+    uint64_t bytes = traced->window.count * traced->visibility_lobes * FILTER_BYTES;
+    void *found = calloc(1, bytes + 1); /* points without light have none */
+    free(traced->arrays[VISIBILITY]);
+    traced->arrays[VISIBILITY] = found;
+    if (!found)
+        return error_set(err, ERROR_NO_MEMORY, "%llu points in the light of the environment",
+                         (unsigned long long)traced->window.count);
+    if (!raytrace_shadows_see(traced->rays, &traced->window, traced->visibility_lobes, found,
+                              &traced->stats, err) ||
+        !reserve(traced, &traced->visibility, NULL, "shadow.traced.visibility", 0,
+                 bytes ? bytes : FILTER_BYTES, err))
+        return false;
+    gl_buffer_write(&traced->visibility, 0, bytes, found);
+    if (!traced->has_lights)
+        note_bytes(traced, 0);
+    return true;
+}
+
+void traced_shadows_bind_visibility(const struct traced_shadows *traced,
+                                    const struct gl_program *program)
+{
+    gl_buffer_bind_storage(&traced->visibility, BIND_VISIBILITY);
+    gl_buffer_bind_storage(&traced->heads, BIND_TRACED_HEADS);
+    gl_program_set_u(program, "u_seen_first", (uint32_t)traced->window.layer_count);
 }
 
 void traced_shadows_bind(const struct traced_shadows *traced, const struct gl_program *program)
@@ -407,5 +469,5 @@ void traced_shadows_bind(const struct traced_shadows *traced, const struct gl_pr
     gl_texture_bind(&traced->head_view, UNIT_TRACED_HEADS);
     gl_texture_bind(&traced->table_view, UNIT_TRACED_POINTS);
     gl_texture_bind(&traced->filter_view, UNIT_TRACED_FILTERS);
-    gl_program_set_u(program, "u_traced_first", (uint32_t)traced->window.entry_count);
+    gl_program_set_u(program, "u_traced_first", (uint32_t)traced->window.layer_count);
 }

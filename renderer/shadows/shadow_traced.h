@@ -20,26 +20,31 @@ enum {
 uint64_t traced_shadows_points_max(const struct gl_limits *limits);
 
 struct traced_shadows { /* zeroed before begin; buffers are kept between frames */
-    struct gl_buffer points, heads, counter, table, filters;
+    struct gl_buffer points, heads, counter, table, filters, visibility;
     struct gl_texture head_view, table_view, filter_view;
 
     struct raytrace_shadows *rays; /* of the frame */
     struct yield_point yield;      /* of the frame */
     struct raytrace_stats stats;
 
+    bool has_lights; /* of the frame: some light's shadow is traced */
+    /* Likewise: enum VISIBILITY_* of each point; 0: light of a map passes all. */
+    uint32_t visibility_lobes;
+
     struct raytrace_shadow_points window;
-    void *arrays[5]; /* of the window: points, heads, list ends, table, filters */
+    void *arrays[6]; /* of the window: points, heads, list ends, table, filters, visibility */
     size_t filter_capacity;
-    uint64_t window_bytes;  /* on the device, of the window of this frame that took most */
-    uint64_t most_bytes;    /* that the buffers may take; 0: any */
-    uint64_t missing_bytes; /* that the last window would have taken at least, where those were too
-                              few */
+    uint64_t window_bytes; /* on the device, of the window of this frame that took most */
+    uint64_t most_bytes;   /* that the buffers may take; 0: any */
+    /* That the last window would have taken at least, where those were too few. */
+    uint64_t missing_bytes;
 };
 
-/* Begins a frame. desc, is_shadowed: as raytrace_shadows_create takes them. */
+/* Begins a frame. desc, is_shadowed: as raytrace_shadows_create takes them; visibility_lobes: of
+ * struct traced_shadows. */
 MUST_CHECK bool traced_shadows_begin(struct traced_shadows *traced,
                                      const struct raytrace_desc *desc, const bool *is_shadowed,
-                                     struct error *err);
+                                     uint32_t visibility_lobes, struct error *err);
 /* The value for the light's record: NO_SHADOW, or any other. */
 uint32_t traced_shadows_record(const struct traced_shadows *traced, size_t light);
 /* Drops what belongs to the frame. */
@@ -61,19 +66,28 @@ MUST_CHECK bool traced_shadows_collect_apart(struct traced_shadows *traced,
                                              const struct window_frame *frame, uint32_t first,
                                              uint32_t count, struct error *err);
 
-/* Lights of each list that one slice has room for; 0: the window must be split, as above. */
+/* Lights of each list that one chunk has room for; 0: the window must be split, as above. */
 uint32_t traced_shadows_room(struct traced_shadows *traced, const struct clusters *clusters);
 
 /* Traces `count` lights of every list from the first-th on, and uploads what they found. */
 MUST_CHECK bool traced_shadows_trace(struct traced_shadows *traced, const struct clusters *clusters,
                                      uint32_t first, uint32_t count, struct error *err);
 
-/* The programs that collect points; of frame what geometry_list_transparent needs. Thread: any. */
-void traced_shadows_list_programs(const struct window_frame *frame, bool has_layers,
-                                  struct program_list *list);
+/* With visibility_lobes: finds what is left of the map's light at the points that were collected
+ * last, and uploads it. */
+MUST_CHECK bool traced_shadows_see(struct traced_shadows *traced, struct error *err);
+
+/* The programs that collect points; of frame what geometry_list_transparent needs. layers: the kind
+ * of the transparent surfaces in view; NULL: there are none. Thread: any. */
+void traced_shadows_list_programs(const struct window_frame *frame,
+                                  const struct surface_kind *layers, struct program_list *list);
 
 /* Binds the buffers of a shading program with HAS_TRACED_SHADOWS. */
 void traced_shadows_bind(const struct traced_shadows *traced, const struct gl_program *program);
+
+/* Binds the buffers of one with HAS_ENVIRONMENT_VISIBILITY. */
+void traced_shadows_bind_visibility(const struct traced_shadows *traced,
+                                    const struct gl_program *program);
 
 /* Limits the buffers from now on; 0: to nothing. Without a call they have no limit. */
 void traced_shadows_set_budget(struct traced_shadows *traced, uint64_t bytes);

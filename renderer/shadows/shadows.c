@@ -350,8 +350,8 @@ static bool build_batch(struct shadow_system *shadows, const struct build_batch 
     if (!shadow_depth_build(builder, builds, batch->count, scene, opaque, err) ||
         !build_lists(builder, batch, false, scene, transparent, err))
         return false;
-    shadow_depth_keep(builder, builds, batch->count, opaque);
-    return build_lists(builder, batch, true, scene, transparent, err);
+    return shadow_depth_keep(builder, builds, batch->count, opaque, err) &&
+           build_lists(builder, batch, true, scene, transparent, err);
 }
 
 /* Lights that have a structure in this frame. */

@@ -44,15 +44,15 @@ struct shadow_prepare_desc {
     double eye[3];         /* points that ask are relative to it ... */
     double eye_axes[3][3]; /* ... along these rows, orthonormal; all 0: the world's */
     const struct view_quality *quality;
-    const struct shadow_needs *needs; /* of the state and quality; NULL: found here, for all
-                                         lights */
+    /* Of the state and quality; NULL: found here, for all lights. */
+    const struct shadow_needs *needs;
     const bool *is_left_out; /* per light: true gets no structure in this call; NULL: none is */
     /* Optional; else all are built at once. Urgent frames may prepare other shadows meanwhile, and
      * leave the scene and the budget as they were. */
     const struct yield_point *yield;
     uint64_t first_count; /* with it: structures that urgent frames may wait for; 0 means 1, and
                              more as it goes */
-    /* Optional: told the share of the structures that stand, whenever some were built. */
+    /* Optional: called with the share of the structures that stand, whenever some were built. */
     void (*advance)(const void *context, double share);
     const void *advance_context;
     uint64_t frame; /* its number where sizes of lists may be guessed and come with its picture;

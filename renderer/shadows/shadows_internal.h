@@ -61,8 +61,8 @@ MUST_CHECK bool shadow_sizes_use(struct shadow_system *shadows,
 void shadow_report_fill(const struct shadow_system *shadows, struct frame_report *report);
 
 /* Reports maps whose sizes were read back with the frame's picture. */
-void shadow_report_told(uint32_t map_flags, const struct deep_statistics *sizes,
-                        struct frame_report *report);
+void shadow_report_sizes(uint32_t map_flags, const struct deep_statistics *sizes,
+                         struct frame_report *report);
 
 /* The casters drawn and culled by the builds of this frame. */
 void shadow_report_casters(const struct shadow_system *shadows, const struct scene_state *state,

@@ -43,7 +43,7 @@ struct shadow_pass {
 /* How the self-test draws a structure before the device is trusted with it
  * (renderer/frame/scene_selftest.h). */
 struct shadow_trial {
-    const char *name;            /* told of a failure; NULL ends the trials of a structure */
+    const char *name;            /* reported of a failure; NULL ends the trials of a structure */
     struct view_quality quality; /* the resolution is the self-test's own */
 };
 

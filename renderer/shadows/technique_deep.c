@@ -169,8 +169,8 @@ static void report(const struct shadow_map *const *maps, size_t count, struct fr
                     kept_exact, kept_exact + (size_t)c->maps);
     if (cut)
         report_warn(report,
-                    "a lamp stands in more than %d media, in a part that is cut away: its maps "
-                    "attenuate from the lamp on; traced shadows do from the cut on",
+                    "a light stands in more than %d media, in a part that is cut away: its maps "
+                    "attenuate from the light on; traced shadows do from the cut on",
                     SHADOW_AROUND_MAX);
 }
 

@@ -208,7 +208,7 @@ static bool stream_in(struct texture_pool *pool, const struct texture_request *r
         glFinish(); /* what the device is still busy with counts, too */
     report->upload_ms = wall_ms() - spending.begin_ms;
     if (request->may_be_coarse && pool->waits &&
-        texture_pace_is_told(&pool->pace, spending.written_bytes, spending.limit_bytes))
+        texture_pace_is_measured(&pool->pace, spending.written_bytes, spending.limit_bytes))
         texture_note_pace(&pool->pace, pool->upload_ms, spending.written_bytes, report->upload_ms);
     return is_good;
 }

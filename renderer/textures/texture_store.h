@@ -58,7 +58,7 @@ struct texture_demand {
 struct texture_request {
     const struct texture_demand *demands; /* required: of all scenes of the frame */
     size_t count;
-    struct gpu_timeline *timeline; /* optional: told before the device is waited for */
+    struct gpu_timeline *timeline; /* optional: notified before a wait for the device */
     bool may_be_coarse; /* draw with what is there after the limits of uploads; else with all */
 };
 

@@ -39,8 +39,8 @@ struct stored_texture {
     uint8_t level_count;        /* of the image */
     struct texture_levels_held full;
     struct texture_levels_held floor; /* what a coarse frame draws with when `full` is not there */
-    uint8_t wanted, budgeted; /* finest level of the frame: that it can sample, that fits the
-                                budget; or TEXTURE_UNNEEDED */
+    /* Finest level of the frame: that it can sample, that fits the budget; or TEXTURE_UNNEEDED. */
+    uint8_t wanted, budgeted;
     uint64_t last_use;
 };
 
@@ -120,7 +120,8 @@ MUST_CHECK bool texture_measure_pace(struct texture_pace *pace, double upload_ms
                                      struct error *err);
 /* Whether an upload of so many bytes, where limit_bytes were allowed, is long enough to measure
  * the pace by. */
-bool texture_pace_is_told(const struct texture_pace *pace, uint64_t bytes, uint64_t limit_bytes);
+bool texture_pace_is_measured(const struct texture_pace *pace, uint64_t bytes,
+                              uint64_t limit_bytes);
 /* Learns from a call that uploaded so many bytes in ms, drawing excluded. */
 void texture_note_pace(struct texture_pace *pace, double upload_ms, uint64_t bytes, double ms);
 

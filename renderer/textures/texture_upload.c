@@ -83,7 +83,7 @@ static void set_chunk(struct texture_pace *pace, double upload_ms)
 /* A call uploads whole rows, at least one, and so half a chunk or more. A smaller call would
  * measure the overhead of calls and not the pace of bytes, unless the limit itself is less than a
  * row. */
-bool texture_pace_is_told(const struct texture_pace *pace, uint64_t bytes, uint64_t limit_bytes)
+bool texture_pace_is_measured(const struct texture_pace *pace, uint64_t bytes, uint64_t limit_bytes)
 {
     return bytes > 0 && (bytes >= pace->chunk_bytes / 2 || bytes >= limit_bytes);
 }

@@ -21,7 +21,7 @@ void layers_set_budget(struct layers *layers, uint64_t bytes)
 
 void layers_clear(struct layers *layers)
 {
-    layers->entry_count = layers->longest = layers->missing_bytes = 0;
+    layers->layer_count = layers->longest = layers->missing_bytes = 0;
     layers->has_media = layers->may_surround = layers->is_guessed = layers->is_counted = false;
     if (layers->method)
         layers->method->clear(layers);

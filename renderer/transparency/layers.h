@@ -29,7 +29,7 @@ enum layers_outcome { LAYERS_FAILED, LAYERS_FOUND, LAYERS_TOO_MANY };
 
 struct layers { /* zeroed = no method, and no surface */
     const struct transparency_method *method;
-    uint64_t entry_count, longest; /* surfaces of the window, and of one pixel; or, guessed, those
+    uint64_t layer_count, longest; /* surfaces of the window, and of one pixel; or, guessed, those
                                       that there is room for */
     bool is_counted;     /* the method has counted the surfaces, and nobody has read their number */
     bool is_guessed;     /* the device alone knows their number */

@@ -24,7 +24,7 @@ struct transparency_method {
     enum transparency id;                   /* the row */
     const struct transparency_pass *passes; /* in the order of execution, those of `find` first */
     const struct surface_kind *surfaces;    /* of all sets that it hands out */
-    /* The fragment that composites what is lit over the opaque picture: LAYERS of
+    /* The source that composites what is lit over the opaque picture: LAYERS of
      * shaders/shading/shade_pixels.comp.glsl. */
     const char *compositing;
     /* Adds the programs that finding these items takes, and may take; of frame what
@@ -47,15 +47,20 @@ struct transparency_method {
     enum layers_outcome (*find)(struct layers *layers, const struct window_frame *frame,
                                 const struct geometry_items *items, const struct list_sizes *room,
                                 struct error *err);
-    /* The steps from what `find` left to surfaces that are lit: hands each set to the lighter when
-     * it is there, and may draw and composite between one and the next. Once for each slice of the
-     * lights, or batch of them: the light of a surface goes on with that of the slice before. */
+    /* Takes the surfaces that `find` left to light: hands each set to the lighter when it is there,
+     * and may draw and composite between one and the next. The lighter returns when the set is lit
+     * by all lights at hand, so this is called once a window. It is called again where the lights
+     * come in parts: for each batch of them, and where rays find the shadows, for each chunk. The
+     * light of a surface then goes on with that of the part before. */
     bool (*light)(struct layers *layers, const struct window_frame *frame,
                   const struct surface_lighter *lighter, struct error *err);
     /* How many sets that will be, for the progress: about. */
     int (*count_sets)(const struct layers *layers);
     /* For programs that read the surfaces: bindings and uniforms; NULL: none is in use. */
     void (*bind)(const struct layers *layers, const struct gl_program *program);
+    /* Of methods with TRANSPARENCY_CAN_TRACED_SHADOWS, else NULL: a u32 per pixel of the window,
+     * the end of its surfaces among all, which lie pixel after pixel. */
+    const struct gl_buffer *(*ends)(const struct layers *layers);
     /* Adds the surfaces to the counts and their memory to the bytes. Not of guessed ones. */
     void (*report)(const struct layers *layers, struct frame_report *report);
     /* As layers_clear, layers_finish and layers_size_bytes, of what is the method's own. */

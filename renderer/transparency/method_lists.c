@@ -14,6 +14,7 @@ const struct transparency_method transparency_method_lists = {
     .light = pixel_lists_light,
     .count_sets = pixel_lists_count_sets,
     .bind = pixel_lists_bind,
+    .ends = pixel_lists_ends,
     .report = pixel_lists_report,
     .clear = pixel_lists_clear,
     .finish = pixel_lists_finish,

@@ -101,7 +101,7 @@ static void read_sizes(struct layers *layers, const struct window_frame *frame)
     uint32_t totals[2] = {0}; /* a lost context reads nothing */
     gpu_timeline_will_wait(frame->timeline);
     gl_buffer_read(&layers->lists.statistics, 0, sizeof totals, totals);
-    layers->entry_count = totals[0];
+    layers->layer_count = totals[0];
     layers->longest = totals[1];
 }
 
@@ -189,7 +189,7 @@ static uint64_t entry_bytes(const struct layers *layers)
  * hold in store begin anew. */
 static bool find_room(struct layers *layers)
 {
-    uint64_t n = layers->entry_count, pixels = layers->lists.ends.size_bytes +
+    uint64_t n = layers->layer_count, pixels = layers->lists.ends.size_bytes +
                                                layers->lists.left.size_bytes +
                                                layers->lists.scan.size_bytes;
     uint64_t exact = pixels + n * entry_bytes(layers);
@@ -210,7 +210,7 @@ static bool scatter_fragments(struct layers *layers, const struct window_frame *
 {
     static const char *const labels[PIXEL_LISTS_WORDS] = {
         "lists.surface_0", "lists.surface_1", "lists.surface_2", "lists.lobes", "lists.more_lobes"};
-    uint64_t n = layers->entry_count;
+    uint64_t n = layers->layer_count;
     layers->lists.list_bytes += n * entry_bytes(layers);
     if (!reserve(&layers->lists.keys, "lists.keys", n * key_bytes(layers), err) ||
         !reserve(&layers->lists.colors, "lists.colors", n * 32, err))
@@ -241,15 +241,15 @@ static bool run_sort(struct layers *layers, const struct window_frame *frame, co
     const struct gl_program *program = get_compute(frame, sort_file, pass, err);
     if (!program)
         return false;
-    uint64_t to = layers->lists.keys_offset ? 0 : layers->entry_count;
+    uint64_t to = layers->lists.keys_offset ? 0 : layers->layer_count;
     gl_program_use(program);
-    gl_program_set_u(program, "u_entries", (uint32_t)layers->entry_count);
+    gl_program_set_u(program, "u_entries", (uint32_t)layers->layer_count);
     gl_program_set_u(program, "u_pixels", (uint32_t)(frame->window.width * frame->window.height));
     gl_program_set_u(program, "u_run", (uint32_t)run);
     gl_program_set_u(program, "u_from", (uint32_t)layers->lists.keys_offset);
     gl_program_set_u(program, "u_to", (uint32_t)to);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    window_dispatch_items(layers->entry_count);
+    window_dispatch_items(layers->layer_count);
     if (run)
         layers->lists.keys_offset = to;
     return true;
@@ -291,7 +291,7 @@ void pixel_lists_clear(struct layers *layers)
 
 void pixel_lists_report(const struct layers *layers, struct frame_report *report)
 {
-    report->counts.transparent_fragments += layers->entry_count;
+    report->counts.transparent_fragments += layers->layer_count;
     if (report->counts.longest_pixel_list < layers->longest)
         report->counts.longest_pixel_list = layers->longest;
     report_raise_bytes(report, "pixel_lists", layers->lists.list_bytes);
@@ -300,8 +300,8 @@ void pixel_lists_report(const struct layers *layers, struct frame_report *report
 struct pixel_lists_guess pixel_lists_guess_of(const struct layers *layers)
 {
     return (struct pixel_lists_guess){
-        .room = {.entries = layers->entry_count, .longest = layers->longest},
-        .pixels_bytes = layers->lists.list_bytes - layers->entry_count * entry_bytes(layers),
+        .room = {.entries = layers->layer_count, .longest = layers->longest},
+        .pixels_bytes = layers->lists.list_bytes - layers->layer_count * entry_bytes(layers),
         .entry_bytes = entry_bytes(layers),
     };
 }
@@ -323,11 +323,11 @@ static void take_guess(struct layers *layers, const struct list_sizes *room,
 {
     if (!room || room->entries > pixel_lists_entries_max(limits) || room->longest > LONGEST_GUESSED)
         return;
-    layers->entry_count = room->entries;
+    layers->layer_count = room->entries;
     layers->longest = room->longest;
     layers->is_guessed = find_room(layers);
     if (!layers->is_guessed)
-        layers->entry_count = layers->longest = layers->missing_bytes = 0;
+        layers->layer_count = layers->longest = layers->missing_bytes = 0;
 }
 
 static bool are_any(const struct geometry_items *items)
@@ -388,9 +388,9 @@ enum layers_outcome pixel_lists_find(struct layers *layers, const struct window_
                   (unsigned long long)layers->longest, PIXEL_LISTS_LONGEST_MAX);
         return LAYERS_FAILED;
     }
-    if (layers->entry_count > pixel_lists_entries_max(frame->limits) || !find_room(layers))
+    if (layers->layer_count > pixel_lists_entries_max(frame->limits) || !find_room(layers))
         return LAYERS_TOO_MANY;
-    if (layers->entry_count &&
+    if (layers->layer_count &&
         (!scatter_fragments(layers, frame, items, err) || !sort_lists(layers, frame, err)))
         return LAYERS_FAILED;
     if (!layers->is_guessed)
@@ -408,16 +408,22 @@ static void bind_window(const struct window_frame *frame, const struct gl_progra
 const struct surface_kind pixel_lists_surfaces = {
     .pass = lighting_pass,
     .program = "shade_surfaces.comp.glsl",
-    .fragment = "lists_surfaces.glsl",
+    .source = "lists_surfaces.glsl",
+    .points = "lists_points.glsl",
     .are_transparent = true,
     .order = SURFACES_IN_ITEMS,
-    .slice_kind = TIME_SLICE_ENTRIES,
+    .slice_kind = TIME_SLICE_LAYERS,
     .bind = bind_window,
 };
 
+const struct gl_buffer *pixel_lists_ends(const struct layers *layers)
+{
+    return &layers->lists.ends;
+}
+
 int pixel_lists_count_sets(const struct layers *layers)
 {
-    return layers->entry_count > 0;
+    return layers->layer_count > 0;
 }
 
 /* All entries at once: what each lets through is known already, so that lighting needs no order. */
@@ -426,7 +432,7 @@ bool pixel_lists_light(struct layers *layers, const struct window_frame *frame,
 {
     struct surface_set set = {
         .kind = &pixel_lists_surfaces,
-        .count = layers->entry_count,
+        .count = layers->layer_count,
         .technique = transparency_name((int)layers->method->id),
     };
     (void)frame;
@@ -434,23 +440,23 @@ bool pixel_lists_light(struct layers *layers, const struct window_frame *frame,
         snprintf(set.because, sizeof set.because, "transparent surface samples are lit");
     else
         snprintf(set.because, sizeof set.because, "%llu transparent surface samples are lit",
-                 (unsigned long long)layers->entry_count);
-    return !layers->entry_count || lighter->light(lighter->context, &set, err);
+                 (unsigned long long)layers->layer_count);
+    return !layers->layer_count || lighter->light(lighter->context, &set, err);
 }
 
 void pixel_lists_bind(const struct layers *layers, const struct gl_program *program)
 {
     bind(&layers->lists.ends, layers->lists.pixel_count * 4, BIND_PIXEL_COUNTS);
-    uint64_t n = layers->entry_count;
-    bind(&layers->lists.keys, n * key_bytes(layers), BIND_FRAGMENT_KEYS);
-    bind(&layers->lists.surfaces[0], n * 16, BIND_FRAGMENT_SURFACE_0);
-    bind(&layers->lists.surfaces[1], n * 16, BIND_FRAGMENT_SURFACE_1);
-    bind(&layers->lists.surfaces[2], n * 16, BIND_FRAGMENT_SURFACE_2);
+    uint64_t n = layers->layer_count;
+    bind(&layers->lists.keys, n * key_bytes(layers), BIND_ENTRY_KEYS);
+    bind(&layers->lists.surfaces[0], n * 16, BIND_ENTRY_SURFACE_0);
+    bind(&layers->lists.surfaces[1], n * 16, BIND_ENTRY_SURFACE_1);
+    bind(&layers->lists.surfaces[2], n * 16, BIND_ENTRY_SURFACE_2);
     if (layers->lobes > 0)
-        bind(&layers->lists.surfaces[3], n * 16, BIND_FRAGMENT_LOBES);
+        bind(&layers->lists.surfaces[3], n * 16, BIND_ENTRY_LOBES);
     if (layers->lobes > 1)
-        bind(&layers->lists.surfaces[4], n * 16, BIND_FRAGMENT_MORE_LOBES);
-    bind(&layers->lists.colors, n * PIXEL_LISTS_ENTRY_BYTES, BIND_FRAGMENT_COLORS);
+        bind(&layers->lists.surfaces[4], n * 16, BIND_ENTRY_MORE_LOBES);
+    bind(&layers->lists.colors, n * PIXEL_LISTS_ENTRY_BYTES, BIND_ENTRY_COLORS);
     if (!program)
         return;
     gl_program_set_u(program, "u_keys_offset", (uint32_t)layers->lists.keys_offset);

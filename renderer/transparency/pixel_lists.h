@@ -29,6 +29,7 @@ MUST_CHECK bool pixel_lists_light(struct layers *layers, const struct window_fra
                                   const struct surface_lighter *lighter, struct error *err);
 int pixel_lists_count_sets(const struct layers *layers);
 void pixel_lists_bind(const struct layers *layers, const struct gl_program *program);
+const struct gl_buffer *pixel_lists_ends(const struct layers *layers);
 void pixel_lists_report(const struct layers *layers, struct frame_report *report);
 void pixel_lists_clear(struct layers *layers);
 void pixel_lists_finish(struct layers *layers);

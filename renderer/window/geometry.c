@@ -435,7 +435,9 @@ static void set_depth_state(const struct window_frame *frame, bool writes)
 {
     const struct camera_window *w = &frame->window;
     /* the image's, so that vertices are where they are in any window, but for rounding */
-    glViewport(-w->x, w->y + w->height - w->image_height, w->image_width, w->image_height);
+    glViewportIndexedf(0, (float)(w->shift_px[0] - w->x),
+                       (float)(w->shift_px[1] + w->y + w->height - w->image_height),
+                       (float)w->image_width, (float)w->image_height);
     glDisable(GL_SCISSOR_TEST);
     glDisable(GL_BLEND);
     glEnable(GL_DEPTH_TEST);

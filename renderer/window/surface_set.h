@@ -10,10 +10,10 @@
 
 /* What decides the program of a kind, beside the frame. */
 struct surface_facts {
-    bool has_shadow_maps;    /* shadows are looked up in structures, not traced */
-    const char *compositing; /* the fragment that composites the transparent surfaces in view
-                                (LAYERS of shaders/shading/shade_pixels.comp.glsl); NULL: there are
-                                none */
+    bool has_shadow_maps; /* shadows are looked up in structures, not traced */
+    /* The source that composites the transparent surfaces in view (LAYERS of
+     * shaders/shading/shade_pixels.comp.glsl); NULL: there are none. */
+    const char *compositing;
 };
 
 enum surface_order {
@@ -21,14 +21,17 @@ enum surface_order {
     SURFACES_IN_ITEMS, /* a unit is an invocation, and 64 of them are a work group */
 };
 
-enum { SURFACE_DEFINES_BYTES = 128 };
+enum { SURFACE_DEFINES_BYTES = 160 };
 
 /* How the surfaces of sets are read, and where their light goes; constant. */
 struct surface_kind {
     const char *pass; /* that lights them: for the plan, the report and the lists of programs */
     /* The compute shader: u_first is the first unit of a dispatch, u_end is behind its last. */
     const char *program;
-    const char *fragment; /* SURFACES of shaders/shading/shade_surfaces.comp.glsl; NULL of others */
+    const char *source; /* SURFACES of shaders/shading/shade_surfaces.comp.glsl; NULL of others */
+    /* POINTS of shaders/shadows/shadow_points_surfaces.comp.glsl: where rays towards the lights
+     * start; NULL: they start nowhere, or, of opaque samples, where another program finds. */
+    const char *points;
     bool are_transparent; /* of their materials struct shader_needs has the layer_kinds */
     enum surface_order order;
     enum time_slice_kind slice_kind; /* whose pace is that of lighting them */

@@ -105,6 +105,60 @@ bool targets_prepare_apart(struct targets *t, struct error *err)
                            err));
 }
 
+static bool prepare_plain(struct targets *t, bool is_asked, struct gl_texture *texture,
+                          const char *label, struct error *err)
+{
+    if (!is_asked)
+        gl_texture_finish(texture);
+    return !is_asked || texture->name ||
+           gl_texture_init(
+               texture,
+               &(struct gl_texture_desc){
+                   .label = label, .format = GL_RGBA32F, .width = t->width, .height = t->height},
+               err);
+}
+
+bool targets_prepare_sum(struct targets *t, bool has_sum, bool has_behind, struct error *err)
+{
+    return prepare_plain(t, has_sum, &t->sum, "frame.sum", err) &&
+           prepare_plain(t, has_behind, &t->behind, "frame.behind", err) &&
+           prepare_plain(t, has_behind, &t->behind_sum, "frame.behind_sum", err);
+}
+
+static int count_levels(int width, int height)
+{
+    int levels = 1;
+    while (width >> levels || height >> levels)
+        levels++;
+    return levels;
+}
+
+bool targets_prepare_refraction(struct targets *t, struct error *err)
+{
+    struct gl_texture_desc desc = {.label = "refraction.levels",
+                                   .format = GL_RGBA32F,
+                                   .width = t->width,
+                                   .height = t->height,
+                                   .levels = count_levels(t->width, t->height)};
+    if (!t->levels.name) {
+        if (!gl_texture_init(&t->levels, &desc, err))
+            return false;
+        glTextureParameteri(t->levels.name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+        glTextureParameteri(t->levels.name, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+        glTextureParameteri(t->levels.name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+        glTextureParameteri(t->levels.name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    }
+    desc.levels = 1;
+    desc.layers = 2;
+    desc.label = "refraction.parts";
+    if (!t->bent_parts.name && !gl_texture_init(&t->bent_parts, &desc, err))
+        return false;
+    desc.layers = 0;
+    desc.format = GL_R32UI;
+    desc.label = "refraction.surfaces";
+    return t->bent.name || gl_texture_init(&t->bent, &desc, err);
+}
+
 uint64_t targets_pixel_bytes(int samples, uint32_t lobes)
 {
     uint64_t depth = 4, surfaces = 32 + 16 * lobes, signature = samples > 1 ? 4 : 0, image = 16;
@@ -115,6 +169,11 @@ uint64_t targets_pixel_bytes(int samples, uint32_t lobes)
 uint64_t targets_parts_pixel_bytes(int samples)
 {
     return 16 * (uint64_t)samples;
+}
+
+uint64_t targets_sum_pixel_bytes(bool has_behind)
+{
+    return has_behind ? 3 * 16 : 16;
 }
 
 void targets_finish(struct targets *t)
@@ -130,6 +189,12 @@ void targets_finish(struct targets *t)
     gl_texture_finish(&t->image);
     gl_texture_finish(&t->parts);
     gl_texture_finish(&t->light);
+    gl_texture_finish(&t->sum);
+    gl_texture_finish(&t->behind);
+    gl_texture_finish(&t->behind_sum);
+    gl_texture_finish(&t->levels);
+    gl_texture_finish(&t->bent_parts);
+    gl_texture_finish(&t->bent);
     gl_buffer_finish(&t->apart);
     *t = (struct targets){0};
 }
@@ -138,5 +203,7 @@ uint64_t targets_size_bytes(const struct targets *t)
 {
     return t->surface_0.size_bytes + t->surface_1.size_bytes + t->lobes[0].size_bytes +
            t->lobes[1].size_bytes + t->signature.size_bytes + t->depth.size_bytes +
-           t->image.size_bytes + t->parts.size_bytes + t->light.size_bytes + apart_bytes(t);
+           t->image.size_bytes + t->parts.size_bytes + t->light.size_bytes + apart_bytes(t) +
+           t->sum.size_bytes + t->behind.size_bytes + t->behind_sum.size_bytes +
+           t->levels.size_bytes + t->bent_parts.size_bytes + t->bent.size_bytes;
 }

@@ -50,7 +50,7 @@ void time_slice_history_note(struct time_slice_history *history, struct content_
     struct time_slice_history_slot *slot = &history->slots[index];
     double *per_ms = slot->pace.per_ms;
     slot->used = ++history->clock;
-    note(&per_ms[TIME_SLICE_ENTRIES], report->counts.transparent_fragments,
+    note(&per_ms[TIME_SLICE_LAYERS], report->counts.transparent_fragments,
          pass_ms(report, "shade.transparent"));
     note(&per_ms[TIME_SLICE_PIXELS], pixels, pass_ms(report, "shade.opaque"));
     note(&per_ms[TIME_SLICE_SHADOWS], report->counts.shadow_maps_built,

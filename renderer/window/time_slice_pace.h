@@ -8,15 +8,10 @@
 #include "renderer/base/content_key.h"
 #include "renderer/frame_report.h"
 
-enum time_slice_kind {
-    TIME_SLICE_ENTRIES,
-    TIME_SLICE_PIXELS,
-    TIME_SLICE_SHADOWS,
-    TIME_SLICE_KINDS
-};
+enum time_slice_kind { TIME_SLICE_LAYERS, TIME_SLICE_PIXELS, TIME_SLICE_SHADOWS, TIME_SLICE_KINDS };
 
 struct time_slice_pace {
-    /* List entries lit, pixels shaded, shadow structures built; 0: not known. */
+    /* Layers lit, pixels shaded, shadow structures built; 0: not known. */
     double per_ms[TIME_SLICE_KINDS];
 };
 

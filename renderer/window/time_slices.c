@@ -30,11 +30,6 @@ bool time_slices_is_last(const struct time_slices *slices)
     return slices->first + slices->count == slices->end;
 }
 
-void time_slices_took(struct time_slices *slices, double ms)
-{
-    time_slices_learn(slices, slices->count, ms);
-}
-
 void time_slices_learn(struct time_slices *slices, uint64_t count, double ms)
 {
     double factor = fmin(TIME_SLICE_MS / fmax(ms, 1e-3), TIME_SLICE_GROWTH);

@@ -12,7 +12,7 @@ enum {
     TIME_SLICE_MS = 25, /* what a slice should take */
     /* A slice has at most so many times the units of the one before: parts of an image differ. */
     TIME_SLICE_GROWTH = 4,
-    /* Pixels, or list entries, of a first slice: 2 to 200 ms on two cores in software. */
+    /* Pixels, or layers, of a first slice: 2 to 200 ms on two cores in software. */
     TIME_SLICE_FIRST = 1 << 15,
 };
 
@@ -27,9 +27,7 @@ struct time_slices time_slices_begin(uint64_t total, uint64_t first_count, uint6
 /* Goes on to the next slice; false when there is none. */
 bool time_slices_next(struct time_slices *slices);
 bool time_slices_is_last(const struct time_slices *slices);
-/* Notes how long the current slice took, without urgent frames. */
-void time_slices_took(struct time_slices *slices, double ms);
-/* Notes how long a slice of so many units took. */
+/* Notes how long a slice of so many units took, without urgent frames. */
 void time_slices_learn(struct time_slices *slices, uint64_t count, double ms);
 
 #endif

@@ -16,7 +16,8 @@ void window_set_view_ray(const struct window_frame *frame, const struct gl_progr
     double step_x = 2 * camera->half_width / w->image_width;
     double step_y = 2 * camera->half_height / w->image_height;
     gl_program_set_f4(program, "u_window",
-                      (const float[4]){(float)-camera->half_width, (float)-camera->half_height,
+                      (const float[4]){(float)(-camera->half_width - w->shift_px[0] * step_x),
+                                       (float)(-camera->half_height - w->shift_px[1] * step_y),
                                        (float)step_x, (float)step_y});
     gl_program_set_u2(program, "u_window_first", (uint32_t)w->x,
                       (uint32_t)(w->image_height - w->y - w->height));

@@ -30,7 +30,8 @@ struct window_frame {
     const struct shader_needs *needs; /* of the state */
     struct targets *targets;
     struct frame_report *report;
-    float sample_positions[4][2];                /* in the pixel, y up */
+    float sample_positions[4][2]; /* in the pixel, y up */
+    int rounds, round; /* of samples, of the colour; of the one at hand the window has the shift */
     const struct environment_light *environment; /* where the view has a map; likewise */
     const struct environment_maps *environment_maps;
     uint32_t list_room; /* entries that lists_scatter.frag.glsl may write */

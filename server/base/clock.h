@@ -18,7 +18,7 @@ static inline int64_t now_ms(void)
     return now_us() / 1000;
 }
 
-/* The same to the microsecond, for durations that are told. */
+/* The same to the microsecond, for durations that are reported. */
 static inline double now_fine_ms(void)
 {
     return 1e-3 * (double)now_us();

@@ -51,6 +51,8 @@ static const struct key keys[] = {
      "comma-separated origins (https://cad.example) whose pages may use the API"},
     {"state-dir", KEY_PATH, AT(state_dir), 0, 0,
      "directory that holds everything the daemon keeps"},
+    {"job-dir", KEY_PATH, AT(job_dir), 0, 0,
+     "existing directory below which jobs may have their results written"},
     {"cache-bytes", KEY_BYTES, AT(cache_bytes), 1 << 20, INT64_MAX,
      "decoded scenes kept mapped by the worker"},
     {"gpu-budget-bytes", KEY_BYTES, AT(gpu_budget_bytes), -(1 << 20), INT64_MAX,
@@ -504,18 +506,19 @@ static bool make_absolute(char *path, const char *key, struct error *err)
     return true;
 }
 
-static bool check_dump_directory(struct config *config, struct error *err)
+/* path: of CONFIG_PATH_BYTES; "" where the key is not set. */
+static bool check_directory(char *path, const char *key, struct error *err)
 {
     struct stat status;
-    if (!make_absolute(config->dump_shaders, "dump-shaders", err))
+    if (!path[0])
+        return true;
+    if (!make_absolute(path, key, err))
         return false;
-    if (stat(config->dump_shaders, &status) != 0)
-        return error_set(err, ERROR_INVALID_REQUEST, "dump-shaders: '%s': %s", config->dump_shaders,
-                         strerror(errno));
-    if (!S_ISDIR(status.st_mode) || access(config->dump_shaders, W_OK) != 0)
+    if (stat(path, &status) != 0)
+        return error_set(err, ERROR_INVALID_REQUEST, "%s: '%s': %s", key, path, strerror(errno));
+    if (!S_ISDIR(status.st_mode) || access(path, W_OK) != 0)
         return error_set(err, ERROR_INVALID_REQUEST,
-                         "dump-shaders: '%s' is not a directory that can be written to",
-                         config->dump_shaders);
+                         "%s: '%s' is not a directory that can be written to", key, path);
     return true;
 }
 
@@ -535,8 +538,8 @@ bool config_load(struct config *config, int argc, char **argv, char **environmen
         !read_flags(config, argc, argv, &file, false, err))
         return false;
     return make_absolute(config->state_dir, "state-dir", err) &&
-           (!config->dump_shaders[0] || check_dump_directory(config, err)) &&
-           resolve_listen(config, err);
+           check_directory(config->dump_shaders, "dump-shaders", err) &&
+           check_directory(config->job_dir, "job-dir", err) && resolve_listen(config, err);
 }
 
 static void print_value(const struct config *config, const struct key *key, FILE *out)

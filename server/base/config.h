@@ -40,15 +40,16 @@ struct config {
     struct sockaddr_storage address;     /* resolved; port 0 = the system chooses */
     bool is_loopback;
     bool allow_remote;
-    char allow_host[CONFIG_TEXT_BYTES];   /* comma-separated names accepted in Host beside the
-                                             loopback ones */
+    /* Comma-separated names accepted in Host beside the loopback ones. */
+    char allow_host[CONFIG_TEXT_BYTES];
     char allow_origin[CONFIG_TEXT_BYTES]; /* comma-separated origins whose pages may use the API */
     char state_dir[CONFIG_PATH_BYTES];
-    uint64_t cache_bytes;                        /* of scenes mapped by the worker */
-    uint64_t gpu_budget_bytes;                   /* 0 = a share of what there is */
-    uint64_t texture_budget_bytes;               /* 0 = half of the GPU's */
-    uint64_t texture_upload_bytes;               /* of one frame in motion */
-    int texture_upload_ms;                       /* likewise */
+    char job_dir[CONFIG_PATH_BYTES]; /* below which jobs may write their results; "" = nowhere */
+    uint64_t cache_bytes;            /* of scenes mapped by the worker */
+    uint64_t gpu_budget_bytes;       /* 0 = a share of what there is */
+    uint64_t texture_budget_bytes;   /* 0 = half of the GPU's */
+    uint64_t texture_upload_bytes;   /* of one frame in motion */
+    int texture_upload_ms;           /* likewise */
     enum config_compression texture_compression; /* of colours beyond the budget */
     uint64_t max_upload_bytes;                   /* of one upload, all files */
     uint64_t decode_memory_bytes;                /* of one decoder */
@@ -64,8 +65,8 @@ struct config {
     int connections; /* at most, all clients together */
     int views, views_per_client, view_idle_s;
     enum log_level log_level;
-    const char *origins[CONFIG_KEYS_MAX]; /* per key: "default", "file", "environment", "flag";
-                                             static */
+    /* Per key: "default", "file", "environment", "flag"; static. */
+    const char *origins[CONFIG_KEYS_MAX];
 };
 
 /* Reads flags, the environment and the file that --config or VITRAIL_CONFIG names. Unknown keys,
@@ -77,8 +78,8 @@ MUST_CHECK bool config_load(struct config *config, int argc, char **argv, char *
 /* "off", "on" or "auto". */
 const char *config_compression_name(enum config_compression compression);
 
-void config_print(const struct config *config, FILE *out); /* as an INI file, with the origin of
-                                                              every value */
+/* As an INI file, with the origin of every value. */
+void config_print(const struct config *config, FILE *out);
 void config_print_help(FILE *out);
 
 #endif

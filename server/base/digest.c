@@ -52,6 +52,18 @@ void digest_end(struct digest *digest, char text[DIGEST_TEXT_BYTES])
     text[64] = '\0';
 }
 
+bool digest_of(const void *bytes, size_t size_bytes, char text[DIGEST_TEXT_BYTES],
+               struct error *err)
+{
+    struct digest *digest = digest_create(err);
+    if (!digest)
+        return false;
+    digest_write(digest, bytes, size_bytes);
+    digest_end(digest, text);
+    digest_destroy(digest);
+    return true;
+}
+
 bool digest_is_text(const char *text)
 {
     return strlen(text) == 64 && strspn(text, "0123456789abcdef") == 64;

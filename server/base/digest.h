@@ -19,6 +19,10 @@ void digest_write(struct digest *digest, const void *bytes, size_t size_bytes);
 /* Also makes the digest ready for the next content. */
 void digest_end(struct digest *digest, char text[DIGEST_TEXT_BYTES]);
 
+/* Of bytes that are there as a whole. */
+MUST_CHECK bool digest_of(const void *bytes, size_t size_bytes, char text[DIGEST_TEXT_BYTES],
+                          struct error *err);
+
 bool digest_is_text(const char *text); /* 64 lowercase hexadecimal digits and nothing else */
 
 #endif

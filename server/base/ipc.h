@@ -12,9 +12,9 @@
 #include "protocol/error.h"
 
 enum {
-    IPC_FDS_MAX = 20,            /* a request, a scene, those of 16 parts, a map, a reference */
-    IPC_MESSAGE_BYTES = 1 << 20, /* a frame's stats are 60 KiB at most; all that is larger travels
-                                    as a memfd */
+    IPC_FDS_MAX = 20, /* a request, a scene, those of 16 parts, a map, a reference */
+    /* A frame's stats are 60 KiB at most; all that is larger travels as a memfd. */
+    IPC_MESSAGE_BYTES = 1 << 20,
 };
 
 /* Zeroed = empty; owns its JSON and descriptors. */
@@ -23,8 +23,8 @@ struct ipc_message {
     int fds[IPC_FDS_MAX];
     int fd_count;
 };
-void ipc_message_finish(struct ipc_message *message); /* accepts zeroed; closes descriptors not
-                                                         taken */
+/* Accepts zeroed; closes descriptors not taken. */
+void ipc_message_finish(struct ipc_message *message);
 
 /* Hands descriptor `index` over to the caller; -1 when there is none. */
 int ipc_message_take_fd(struct ipc_message *message, int index);

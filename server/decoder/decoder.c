@@ -1,30 +1,39 @@
 /* SPDX-License-Identifier: MIT */
-/* The decoder: libraries are warmed up, the job is received, the cage closes, and only then is a
- * byte of the upload looked at. */
+/* The decoder: the job is received, libraries that it needs are warmed up, the cage closes, and
+ * only then is the upload parsed. */
 #include "server/decoder/decoder.h"
 
 #include <assert.h>
 #include <errno.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "protocol/limits.h"
+#include "protocol/upload_stage.h"
 #include "renderer/image/image.h"
 #include "renderer/import/import.h"
 #include "renderer/scene/scene.h"
+#include "server/base/clock.h"
 #include "server/base/ipc.h"
 #include "server/decoder/environment_job.h"
 #include "server/decoder/sandbox.h"
 #include "server/mapping/scene_mapping.h"
 
 enum { FD_SPOOL, FD_BLOB, FD_SUMMARY, FD_COUNT };
+enum {
+    ADVANCE_MS = 200, /* between two messages of how far it is */
+    CALM_MS = 2000,   /* without a job, until libraries are loaded that the next may not need */
+};
 
 struct decode_work {
+    int socket; /* of the front */
     struct ipc_message job;
     struct ipc_mapping spool;
     struct scene_file *files; /* names and bytes are borrowed from job and spool */
     size_t file_count;
+    bool is_warm;
 };
 
 /* A map of 1 x 1 texel: HDR is read, but never written. */
@@ -97,21 +106,59 @@ static void read_reading(const struct decode_work *work, struct scene_import_des
         desc->format = SCENE_FORMAT_GLTF;
     desc->unit_m = json_number_value(json_object_get(work->job.json, "unit_m"));
     desc->up = (char)json_integer_value(json_object_get(work->job.json, "up"));
+    desc->deflection = json_number_value(json_object_get(work->job.json, "deflection"));
 }
 
-/* The converter of the format is loaded by its name alone, before the cage closes. */
+static bool is_scene(const struct decode_work *work)
+{
+    const char *kind = json_string_value(json_object_get(work->job.json, "kind"));
+    return kind && strcmp(kind, "scene") == 0;
+}
+
+/* What reads the files is loaded before the cage closes: the converter of the format by its name
+ * alone, and what decodes images where there may be some. */
 static bool prepare(const struct decode_work *work, struct error *err)
 {
-    struct scene_import_desc desc = {0};
+    struct scene_import_desc desc = {.files = work->files, .file_count = work->file_count};
     read_reading(work, &desc);
+    if (!work->is_warm && (!is_scene(work) || scene_import_may_have_images(&desc)))
+        warm_up();
     return scene_import_prepare(desc.format, err);
 }
 
 /* What the import hands over on its way. */
 struct outcome {
-    int blob_fd;
+    int blob_fd, socket;
     struct scene_summary summary;
+    int64_t reported_ms; /* when the front was sent the progress */
+    int reported_stage;
 };
+
+static bool say(int socket, json_t *message);
+
+/* Sends the progress to the front a few times a second. A front that does not read it is no reason
+ * to end. */
+static void report_stage(struct outcome *outcome, int stage, double share)
+{
+    int64_t reported_ms = now_ms();
+    if (stage == outcome->reported_stage && reported_ms - outcome->reported_ms < ADVANCE_MS)
+        return;
+    outcome->reported_ms = reported_ms;
+    outcome->reported_stage = stage;
+    say(outcome->socket, json_pack("{s:s,s:f}", "stage", upload_stage_name(stage), "share", share));
+}
+
+static void report_advance(void *context, enum scene_import_stage stage, double share)
+{
+    static const enum upload_stage stages[] = {
+        [SCENE_IMPORT_CONVERSION] = UPLOAD_STAGE_CONVERSION,
+        [SCENE_IMPORT_FILE] = UPLOAD_STAGE_FILE,
+        [SCENE_IMPORT_MESHES] = UPLOAD_STAGE_MESHES,
+        [SCENE_IMPORT_NODES] = UPLOAD_STAGE_NODES,
+        [SCENE_IMPORT_IMAGES] = UPLOAD_STAGE_IMAGES,
+    };
+    report_stage(context, (int)stages[stage], share);
+}
 
 static bool add_scene(void *context, const char *name, bool is_shown, struct error *err)
 {
@@ -127,9 +174,11 @@ static bool set_origin(void *context, const struct scene_origin *origin, struct 
     return true;
 }
 
-static bool write_summary(const struct scene *scene, struct scene_summary *summary, int fd,
+static bool write_summary(const struct scene *scene, struct outcome *outcome, int fd,
                           struct error *err)
 {
+    struct scene_summary *summary = &outcome->summary;
+    report_stage(outcome, UPLOAD_STAGE_OUTLINE, 0);
     if (!scene_summary_from_scene(scene, summary, err))
         return false;
     char *text = scene_summary_to_json_text(summary);
@@ -160,7 +209,8 @@ static bool decode_scene(const struct decode_work *work, struct error *err)
     void *blob = NULL;
     size_t size_bytes = 0;
     struct scene scene;
-    struct outcome outcome = {.blob_fd = work->job.fds[FD_BLOB]};
+    struct outcome outcome = {
+        .blob_fd = work->job.fds[FD_BLOB], .socket = work->socket, .reported_stage = -1};
     struct scene_import_desc desc = {
         .files = work->files,
         .file_count = work->file_count,
@@ -169,12 +219,13 @@ static bool decode_scene(const struct decode_work *work, struct error *err)
         .tell_scene = add_scene,
         .tell_origin = set_origin,
         .write = write_blob,
+        .advance = report_advance,
         .context = &outcome};
     read_reading(work, &desc);
     bool is_good =
         scene_import(&desc, &blob, &size_bytes, err) &&
         (scene_open_head(&scene, blob, size_bytes, err) || error_wrap(err, "the decoded scene")) &&
-        write_summary(&scene, &outcome.summary, work->job.fds[FD_SUMMARY], err) &&
+        write_summary(&scene, &outcome, work->job.fds[FD_SUMMARY], err) &&
         write_blob(&outcome, 0, blob, size_bytes, err) &&
         set_blob_size(outcome.blob_fd, scene.header->size_bytes, err);
     scene_summary_finish(&outcome.summary);
@@ -196,9 +247,8 @@ static bool decode(const struct decode_work *work, struct error *err)
     const char *kind = json_string_value(json_object_get(work->job.json, "kind"));
     if (kind && strcmp(kind, "environment") == 0)
         return decode_environment(work, err);
-    return (kind && strcmp(kind, "scene") == 0)
-               ? decode_scene(work, err)
-               : error_set(err, ERROR_INTERNAL, "decoder: an unknown kind of upload");
+    return is_scene(work) ? decode_scene(work, err)
+                          : error_set(err, ERROR_INTERNAL, "decoder: an unknown kind of upload");
 }
 
 /* Takes the reference. */
@@ -216,11 +266,19 @@ static bool answer(int socket, const struct error *problem)
                            : json_pack("{s:o}", "error", ipc_error_to_json(problem)));
 }
 
+/* Images take most of the time in which libraries load, and most scenes have some: a spare decoder
+ * is ready for them, unless uploads come one upon the other. */
+static bool waits_in_calm(int socket)
+{
+    return poll(&(struct pollfd){.fd = socket, .events = POLLIN}, 1, CALM_MS) == 0;
+}
+
 int decoder_main(int socket)
 {
     struct error problem = {0};
-    struct decode_work work = {0};
-    warm_up();
+    struct decode_work work = {.socket = socket, .is_warm = waits_in_calm(socket)};
+    if (work.is_warm)
+        warm_up();
     if (ipc_receive(socket, &work.job, &problem) != IPC_MESSAGE ||
         !say(socket, json_pack("{s:b}", "began", 1)))
         return EXIT_FAILURE;

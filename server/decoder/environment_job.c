@@ -11,14 +11,28 @@
 #include "renderer/environment/environment_import.h"
 #include "server/base/ipc.h"
 
-static bool write_blob(const struct environment_import *import, int fd, struct error *err)
+static bool write_parts(const struct environment *environment, int fd, struct error *err)
 {
     uint8_t header[ENVIRONMENT_BLOB_HEADER_BYTES];
-    size_t size_bytes = 3 * sizeof *import->pixels * (size_t)import->width * (size_t)import->height;
-    environment_blob_write_header(import->width, import->height, header);
-    return (ipc_pwrite_all(fd, header, sizeof header, 0, err) &&
-            ipc_pwrite_all(fd, import->pixels, size_bytes, sizeof header, err)) ||
-           error_wrap(err, "storing the environment map");
+    struct environment_blob_part parts[ENVIRONMENT_BLOB_ARRAYS];
+    environment_blob_parts(environment, header, parts);
+    uint64_t at = sizeof header;
+    bool is_written = ipc_pwrite_all(fd, header, sizeof header, 0, err);
+    for (int i = 0; is_written && i < ENVIRONMENT_BLOB_ARRAYS; i++) {
+        is_written = ipc_pwrite_all(fd, parts[i].bytes, parts[i].size_bytes, at, err);
+        at += parts[i].size_bytes;
+    }
+    return is_written || error_wrap(err, "storing the environment map");
+}
+
+static bool write_blob(const struct environment_import *import, int fd, struct error *err)
+{
+    const struct environment_desc desc = {
+        .pixels = import->pixels, .width = import->width, .height = import->height};
+    struct environment *environment = environment_create(&desc, err);
+    bool is_written = environment && write_parts(environment, fd, err);
+    environment_destroy(environment);
+    return is_written;
 }
 
 static bool add_warnings(const struct environment_import *import,

@@ -6,12 +6,14 @@
 #include <poll.h>
 #include <pthread.h>
 #include <stdatomic.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <time.h>
 #include <unistd.h>
 
+#include "protocol/upload_stage.h"
 #include "server/base/child.h"
 #include "server/base/clock.h"
 #include "server/base/ipc.h"
@@ -21,12 +23,15 @@ enum {
     STOP_CHECK_MS = 100, /* how soon a stop is noticed while a decoder runs */
     PEER_STALL_S = 10,
     CALM_S = 3, /* after a start */
+    DECODE_REQUEST_ID_BYTES = 65,
 };
 
 struct decode_job {
     struct decode_job *next;
-    char id[DIGEST_TEXT_BYTES];
+    char id[DIGEST_TEXT_BYTES], request_id[DECODE_REQUEST_ID_BYTES];
     struct upload *upload;
+    int64_t submitted_ms;
+    struct decode_status status; /* guarded by the pool's mutex */
     void *context;
     bool (*fill)(void *context, struct upload *upload, char id[DIGEST_TEXT_BYTES],
                  struct error *err);
@@ -41,6 +46,7 @@ struct decode_pool {
     pthread_mutex_t mutex; /* guards the queue and the spare */
     pthread_cond_t has_work;
     struct decode_job *first, **last;
+    struct decode_job *running; /* linked as those that wait */
     size_t count;
     atomic_bool is_stopping;
     struct child spare; /* a decoder that has loaded its libraries already and waits for a job */
@@ -67,10 +73,10 @@ static json_t *describe_job(const struct decode_pool *pool, const struct upload 
             return NULL;
         }
     const struct upload_reading *reading = upload_reading(upload);
-    return list ? json_pack("{s:s,s:o,s:s?,s:s,s:f,s:i,s:I,s:i}", "kind", info_of(upload)->job,
+    return list ? json_pack("{s:s,s:o,s:s?,s:s,s:f,s:i,s:f,s:I,s:i}", "kind", info_of(upload)->job,
                             "files", list, "scene", upload_scene(upload), "format",
                             scene_format_describe(reading->format)->name, "unit_m", reading->unit_m,
-                            "up", reading->up, "memory_bytes",
+                            "up", reading->up, "deflection", reading->deflection, "memory_bytes",
                             (json_int_t)pool->config->decode_memory_bytes, "timeout_s",
                             pool->config->decode_timeout_s)
                 : NULL;
@@ -114,13 +120,44 @@ static bool name_reader(const struct upload *upload, struct error *err)
                : false;
 }
 
+/* A decoder says how far it is; it is not trusted to say it well. False: it says something else. */
+static bool note_status(struct decode_pool *pool, struct decode_job *job, const json_t *said)
+{
+    const char *stage = json_string_value(json_object_get(said, "stage"));
+    double share = json_number_value(json_object_get(said, "share"));
+    if (!stage)
+        return false;
+    const char *known = upload_stage_name(upload_stage_find(stage));
+    if (!known)
+        return true;
+    pthread_mutex_lock(&pool->mutex);
+    snprintf(job->status.stage, sizeof job->status.stage, "%s", known);
+    job->status.share = share >= 0 && share <= 1 ? share : 0;
+    pthread_mutex_unlock(&pool->mutex);
+    return true;
+}
+
+/* The decoder's last word; what it says on its way is noted. */
+static enum answer await_last_message(struct decode_pool *pool, struct decode_job *job,
+                                      const struct child *decoder, int64_t deadline,
+                                      struct ipc_message *message, struct error *err)
+{
+    for (;;) {
+        enum answer answer = await_message(pool, decoder, deadline, message, err);
+        if (answer != ANSWER_MESSAGE || !note_status(pool, job, message->json))
+            return answer;
+        ipc_message_finish(message);
+    }
+}
+
 /* The decoder has begun. What it was doing when it dies is unknown; that it died is said to the
  * client. */
-static bool await_result(struct decode_pool *pool, const struct upload *upload,
-                         struct child *decoder, int64_t deadline, struct error *err)
+static bool await_result(struct decode_pool *pool, struct decode_job *job, struct child *decoder,
+                         int64_t deadline, struct error *err)
 {
     struct ipc_message message = {0};
-    switch (await_message(pool, decoder, deadline, &message, err)) {
+    const struct upload *upload = job->upload;
+    switch (await_last_message(pool, job, decoder, deadline, &message, err)) {
     case ANSWER_REFUSED:
         return err->code == ERROR_INVALID_SCENE ? name_reader(upload, err) : false;
     case ANSWER_NONE: {
@@ -190,19 +227,20 @@ static bool start_decoder(struct decode_pool *pool, struct child *decoder, const
 
 /* Sends the job and waits. An upload may not take the service's memory for its
  * own want of it. */
-static bool run_decoder(struct decode_pool *pool, const struct upload *upload, int blob_fd,
+static bool run_decoder(struct decode_pool *pool, struct decode_job *job, int blob_fd,
                         int summary_fd, struct error *err)
 {
     struct child decoder;
-    json_t *job = describe_job(pool, upload);
-    if (!job)
+    const struct upload *upload = job->upload;
+    json_t *message = describe_job(pool, upload);
+    if (!message)
         return error_set(err, ERROR_NO_MEMORY, "job of a decoder");
     const int fds[3] = {upload_fd(upload), blob_fd, summary_fd};
     int64_t deadline = now_ms() + 1000ll * pool->config->decode_timeout_s;
-    bool is_good = start_decoder(pool, &decoder, job, fds, deadline, err);
-    json_decref(job);
+    bool is_good = start_decoder(pool, &decoder, message, fds, deadline, err);
+    json_decref(message);
     if (is_good) {
-        is_good = await_result(pool, upload, &decoder, deadline, err);
+        is_good = await_result(pool, job, &decoder, deadline, err);
         child_stop(&decoder, is_good ? 1000 : 0, NULL, 0);
     }
     if (!is_good && err->code == ERROR_NO_MEMORY) {
@@ -232,7 +270,7 @@ static bool fill_job(struct decode_pool *pool, struct decode_job *job, struct er
     return true;
 }
 
-static bool decode(struct decode_pool *pool, const struct decode_job *job, bool *is_new,
+static bool decode(struct decode_pool *pool, struct decode_job *job, bool *is_new,
                    struct error *err)
 {
     struct resource_store *store = store_of(pool, job);
@@ -243,7 +281,7 @@ static bool decode(struct decode_pool *pool, const struct decode_job *job, bool 
         return error_set(err, ERROR_NO_MEMORY, "memfd_create: %s", strerror(errno));
     bool is_good =
         resource_draft_begin(store, &draft, err) &&
-        run_decoder(pool, job->upload, draft.blob_fd, summary_fd, err) &&
+        run_decoder(pool, job, draft.blob_fd, summary_fd, err) &&
         (summary = decoded_summary_read(job->upload, job->id, summary_fd, draft.blob_fd, err)) &&
         resource_draft_commit(store, &draft, summary, is_new, err);
     json_decref(summary);
@@ -263,6 +301,13 @@ static void finish_job(struct decode_pool *pool, struct decode_job *job, bool is
 {
     if (!job->is_here)
         atomic_fetch_add(problem->code == ERROR_NONE ? &pool->decoded : &pool->refused, 1);
+    pthread_mutex_lock(&pool->mutex);
+    for (struct decode_job **at = &pool->running; *at; at = &(*at)->next)
+        if (*at == job) {
+            *at = job->next;
+            break;
+        }
+    pthread_mutex_unlock(&pool->mutex);
     upload_destroy(job->upload);
     job->done(job->context, is_new, problem);
     free(job);
@@ -279,6 +324,9 @@ static struct decode_job *take_job(struct decode_pool *pool)
         if (!pool->first)
             pool->last = &pool->first;
         pool->count--;
+        job->status.is_decoding = true;
+        job->next = pool->running;
+        pool->running = job;
     }
     pthread_mutex_unlock(&pool->mutex);
     return job;
@@ -384,6 +432,9 @@ bool decode_pool_submit(struct decode_pool *pool, const struct decode_job_desc *
         return error_set(err, ERROR_NO_MEMORY, "decode job");
     if (desc->id)
         memcpy(job->id, desc->id, sizeof job->id);
+    if (desc->request_id)
+        snprintf(job->request_id, sizeof job->request_id, "%s", desc->request_id);
+    job->submitted_ms = now_ms();
     job->fill = desc->fill;
     job->upload = desc->upload;
     job->context = desc->context;
@@ -404,6 +455,25 @@ bool decode_pool_submit(struct decode_pool *pool, const struct decode_job_desc *
         return error_set(err, ERROR_OVERLOADED, "the server is stopping");
     return error_set(err, ERROR_OVERLOADED,
                      "%d uploads are waiting to be decoded, which is the limit", DECODE_QUEUE_MAX);
+}
+
+bool decode_pool_find(struct decode_pool *pool, const char *request_id,
+                      struct decode_status *status)
+{
+    const struct decode_job *found = NULL;
+    pthread_mutex_lock(&pool->mutex);
+    for (int is_running = 0; is_running < 2; is_running++)
+        for (const struct decode_job *job = is_running ? pool->running : pool->first; job;
+             job = job->next)
+            if (strcmp(job->request_id, request_id) == 0 &&
+                (!found || job->submitted_ms > found->submitted_ms))
+                found = job;
+    if (found) {
+        *status = found->status;
+        status->elapsed_s = (double)(now_ms() - found->submitted_ms) * 1e-3;
+    }
+    pthread_mutex_unlock(&pool->mutex);
+    return found != NULL;
 }
 
 struct decode_totals decode_pool_get_totals(struct decode_pool *pool)

@@ -34,8 +34,9 @@ void decode_pool_stop(struct decode_pool *pool);
 void decode_pool_destroy(struct decode_pool *pool);
 
 struct decode_job_desc {
-    const char *id;        /* of the upload, copied; required unless it is still to be filled */
-    struct upload *upload; /* required; taken if decode_pool_submit succeeds */
+    const char *id;         /* of the upload, copied; required unless it is still to be filled */
+    const char *request_id; /* copied; who may ask how far it is; NULL: nobody */
+    struct upload *upload;  /* required; taken if decode_pool_submit succeeds */
     void *context;
     /* Optional: called first, on a thread of the pool, writes and ends the upload. What is stored
      * already is not decoded. */
@@ -47,6 +48,16 @@ struct decode_job_desc {
 /* ERROR_OVERLOADED when the queue is full or the pool has stopped. */
 MUST_CHECK bool decode_pool_submit(struct decode_pool *pool, const struct decode_job_desc *desc,
                                    struct error *err);
+
+struct decode_status {
+    bool is_decoding; /* else it waits for others */
+    double elapsed_s; /* since it was submitted */
+    char stage[16];   /* as in the OpenAPI document; "": the decoder has sent none yet */
+    double share;     /* of the stage that is done, [0, 1] */
+};
+/* Of several uploads with this id the newest is meant. False: none is in work. */
+bool decode_pool_find(struct decode_pool *pool, const char *request_id,
+                      struct decode_status *status);
 
 struct decode_totals {
     uint64_t decoded, refused, crashes, timeouts;

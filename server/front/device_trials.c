@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Two deaths in a row, or one hang: then a device is passed over. */
+/* Two crashes in a row, or one hang: then a device is passed over. */
 #include "server/front/device_trials.h"
 
 #include <stdio.h>
@@ -29,7 +29,7 @@ void device_trials_begin(struct device_trials *trials, const json_t *message)
 void device_trials_succeed(struct device_trials *trials)
 {
     if (trials->current)
-        trials->deaths[trials->current - 1] = 0;
+        trials->crashes[trials->current - 1] = 0;
     trials->current = 0;
 }
 
@@ -56,7 +56,7 @@ const struct gl_device *device_trials_end(struct device_trials *trials, const ch
     if (index < 0)
         return NULL;
     struct gl_device *device = &trials->devices.items[index];
-    if (++trials->deaths[index] >= DEVICE_TRIAL_DEATHS || is_hang)
+    if (++trials->crashes[index] >= DEVICE_TRIAL_CRASHES || is_hang)
         write_reason(trials->step, how, is_hang, device->reason);
     return device;
 }

@@ -12,7 +12,7 @@
 #include "renderer/base/device_choice.h"
 
 enum {
-    DEVICE_TRIAL_DEATHS = 2, /* in a row: one may be the fault of the machine's memory */
+    DEVICE_TRIAL_CRASHES = 2, /* in a row: one may be the fault of the machine's memory */
     DEVICE_TRIAL_MS = 90000, /* of one step: 60 times what llvmpipe takes that has compiled nothing,
                                 and less than what the command line waits for a private server */
 };
@@ -20,7 +20,7 @@ enum {
 /* Zeroed = none. */
 struct device_trials {
     struct gl_device_list devices; /* that were tried; those with a reason are passed over */
-    int deaths[GL_DEVICES_MAX];    /* in a row */
+    int crashes[GL_DEVICES_MAX];   /* in a row */
     int current;                   /* index + 1 of the one that is tried now; 0: none is */
     enum gl_device_step step;
 };

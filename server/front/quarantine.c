@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* A small table of deaths by scene. */
+/* A small table of crashes by scene. */
 #include "server/front/quarantine.h"
 
 #include <stdio.h>
@@ -15,7 +15,7 @@ static struct quarantine_entry *find(struct quarantine *quarantine, const char *
     return NULL;
 }
 
-void quarantine_add_death(struct quarantine *quarantine, const char *scene, const char *reason)
+void quarantine_add_crash(struct quarantine *quarantine, const char *scene, const char *reason)
 {
     struct quarantine_entry *entry = find(quarantine, scene);
     if (!entry) {
@@ -26,7 +26,7 @@ void quarantine_add_death(struct quarantine *quarantine, const char *scene, cons
         *entry = (struct quarantine_entry){0};
         snprintf(entry->scene, sizeof entry->scene, "%s", scene);
     }
-    entry->deaths++;
+    entry->crashes++;
     entry->when = ++quarantine->clock;
     utf8_copy(entry->reason, sizeof entry->reason, reason);
 }
@@ -42,12 +42,12 @@ bool quarantine_check(const struct quarantine *quarantine, const char *scene, st
 {
     for (int i = 0; i < QUARANTINE_SCENES; i++) {
         const struct quarantine_entry *entry = &quarantine->entries[i];
-        if (strcmp(entry->scene, scene) == 0 && entry->deaths >= QUARANTINE_DEATHS)
+        if (strcmp(entry->scene, scene) == 0 && entry->crashes >= QUARANTINE_CRASHES)
             return error_set(err, ERROR_RENDER_FAILED,
                              "scene %.12s is quarantined: it ended %d workers in a row, the last "
                              "with %s; post it "
                              "again to try once more",
-                             scene, entry->deaths, entry->reason);
+                             scene, entry->crashes, entry->reason);
     }
     return true;
 }
@@ -56,6 +56,6 @@ int quarantine_count(const struct quarantine *quarantine)
 {
     int count = 0;
     for (int i = 0; i < QUARANTINE_SCENES; i++)
-        count += quarantine->entries[i].deaths >= QUARANTINE_DEATHS;
+        count += quarantine->entries[i].crashes >= QUARANTINE_CRASHES;
     return count;
 }

@@ -10,13 +10,13 @@
 #include "server/base/digest.h"
 
 enum {
-    QUARANTINE_DEATHS = 2,
+    QUARANTINE_CRASHES = 2,
     QUARANTINE_SCENES = 64, /* remembered; beyond it the scene with the oldest crash is forgotten */
 };
 
 struct quarantine_entry {
     char scene[DIGEST_TEXT_BYTES]; /* "" = free */
-    int deaths;
+    int crashes;
     unsigned long when; /* order of the last crash */
     char reason[96];
 };
@@ -27,7 +27,7 @@ struct quarantine {
     unsigned long clock;
 };
 
-void quarantine_add_death(struct quarantine *quarantine, const char *scene, const char *reason);
+void quarantine_add_crash(struct quarantine *quarantine, const char *scene, const char *reason);
 /* To be called after a success of the scene, or a new upload. */
 void quarantine_clear(struct quarantine *quarantine, const char *scene);
 

@@ -42,8 +42,9 @@ struct render_task {
     bool is_cancelled;  /* nobody waits for it any more */
     bool expects_reuse; /* one of many frames: renderer/view.h */
     bool may_be_coarse; /* likewise */
+    bool is_of_job;     /* its owner tries again: the first death ends it and charges no scene */
     int64_t queued_us;  /* set when queued */
-    int deaths;         /* workers that died on it */
+    int crashes;        /* workers that died on it */
     json_t *offer; /* owned; for the worker's choice (server/mapping/choice_offer.h), or NULL */
     /* Owned; NULL: a render. What is asked of the worker instead (server/worker/measure.h,
      * server/worker/explain.h, server/worker/pick.h): once, and its failure says nothing about the

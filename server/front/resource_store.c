@@ -156,11 +156,6 @@ void resource_store_destroy(struct resource_store *store)
     free(store);
 }
 
-struct state_dir *resource_store_state(const struct resource_store *store)
-{
-    return store->state;
-}
-
 bool resource_draft_begin(struct resource_store *store, struct resource_draft *draft,
                           struct error *err)
 {

@@ -34,7 +34,6 @@ struct resource_store_desc { /* all required; borrowed */
 struct resource_store *resource_store_create(const struct resource_store_desc *desc,
                                              struct error *err);
 void resource_store_destroy(struct resource_store *store); /* accepts NULL; files stay */
-struct state_dir *resource_store_state(const struct resource_store *store);
 
 /* One in the making. Zeroed = none. */
 struct resource_draft {

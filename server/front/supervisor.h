@@ -26,8 +26,8 @@ struct supervisor_desc {
     const struct config *config; /* required, borrowed */
     const struct log *log;       /* required, borrowed */
     void *context;
-    void (*on_ready)(void *context); /* optional; on the supervisor's thread, each time a worker is
-                                        ready */
+    /* Optional; on the supervisor's thread, each time a worker is ready. */
+    void (*on_ready)(void *context);
     /* Optional; likewise, once: drivers ended workers, no device is left, and none is started any
        more. why: all in one line; borrowed during the call. */
     void (*on_hopeless)(void *context, const char *why);

@@ -72,8 +72,8 @@ void supervisor_note_no_device(struct supervisor *supervisor, const json_t *mess
 void supervisor_tell_hopeless(struct supervisor *supervisor)
 {
     pthread_mutex_lock(&supervisor->mutex);
-    bool is_due = supervisor->is_hopeless && !supervisor->is_hopeless_told;
-    supervisor->is_hopeless_told |= is_due;
+    bool is_due = supervisor->is_hopeless && !supervisor->is_hopeless_reported;
+    supervisor->is_hopeless_reported |= is_due;
     pthread_mutex_unlock(&supervisor->mutex);
     if (is_due && supervisor->desc.on_hopeless)
         supervisor->desc.on_hopeless(supervisor->desc.context, supervisor->hopeless

@@ -30,7 +30,7 @@ struct supervisor {
     struct quarantine quarantine;
     struct worker_jobs jobs;
     struct render_task *ended; /* outcome known, `done` not yet called */
-    json_t *forgotten;         /* ids of deleted scenes that the worker has not been told of */
+    json_t *forgotten;         /* ids of deleted scenes that are still to be sent to the worker */
     struct child worker;       /* touched by the supervisor's thread only, but for its pid */
     enum worker_state state;
     int64_t state_ms, next_start_ms, last_event_ms;
@@ -39,15 +39,15 @@ struct supervisor {
     bool has_rendered;        /* since this worker is ready */
     struct error start_error; /* set while no worker can be started */
     struct device_trials trials;
-    bool is_hopeless, is_hopeless_told; /* no worker is started any more */
-    char *hopeless;                     /* owned: why, set with the former; or NULL */
+    bool is_hopeless, is_hopeless_reported; /* no worker is started any more */
+    char *hopeless;                         /* owned: why, set with the former; or NULL */
     struct device_capabilities device;
     bool has_device;
     uint64_t next_ticket;
     struct supervisor_totals totals;
 };
 
-/* ---- tasks: decided under the mutex, told outside it ---- */
+/* ---- tasks: decided under the mutex, reported outside it ---- */
 
 /* Ends the task: with success if `problem` is none. Under the mutex. */
 void supervisor_refuse(struct supervisor *supervisor, struct render_task *task,
@@ -65,11 +65,6 @@ bool supervisor_check_quarantine(const struct supervisor *supervisor,
 /* ---- the worker ---- */
 
 void *supervisor_run(void *supervisor); /* the thread */
-
-/* `cache/WHAT-DEVICE.json` of the state directory. */
-enum { SUPERVISOR_PATH_BYTES = CONFIG_PATH_BYTES + 128 };
-void supervisor_cache_path(const struct supervisor *supervisor, const char *what,
-                           char path[SUPERVISOR_PATH_BYTES]);
 
 /* Kills the worker if it still runs, and requeues its jobs. reason: why it is killed; NULL: it
  * ended by itself. */
@@ -96,8 +91,8 @@ void supervisor_receive(struct supervisor *supervisor);
  * socket then ends, too. Under the mutex. */
 bool supervisor_feed_worker(struct supervisor *supervisor);
 
-/* When the idle worker is to be told something: a warm-up, or to rest. INT64_MAX: nothing, or not
- * before something else happens. Under the mutex. */
+/* When the idle worker is to be sent something: a warm-up, or the request to trim its memory.
+ * INT64_MAX: nothing, or not before something else happens. Under the mutex. */
 int64_t supervisor_idle_due_ms(const struct supervisor *supervisor);
 
 #endif

@@ -351,9 +351,9 @@ static bool send_cancelled(struct supervisor *supervisor)
 {
     for (int i = 0; i < supervisor->jobs.count; i++) {
         struct worker_job *job = &supervisor->jobs.list[i];
-        if (!job->task->is_cancelled || job->is_told || job->state == JOB_ENCODING)
+        if (!job->task->is_cancelled || job->is_notified || job->state == JOB_ENCODING)
             continue;
-        job->is_told = true;
+        job->is_notified = true;
         if (!send_small(supervisor, json_pack("{s:s,s:I}", "op", "cancel", "id",
                                               (json_int_t)job->task->ticket)))
             return false;

@@ -20,17 +20,18 @@ enum {
     ATTEMPTS = 2,
 };
 
-/* ---- a worker's death ---- */
+/* ---- the end of a worker ---- */
 
 /* A crash condemns the scene; a missed deadline may be the fault of a request alone, so it counts
  * once the request is refused. Which scene of several it was is not known: the first is charged. */
 static void charge(struct supervisor *supervisor, struct render_task *task, const char *how,
                    bool is_timeout)
 {
-    task->deaths++;
-    bool is_last = task->deaths >= ATTEMPTS || task->question;
-    if (!task->question && (!is_timeout || is_last))
-        quarantine_add_death(&supervisor->quarantine, task->scene, how);
+    task->crashes++;
+    bool stands_alone = task->question || task->is_of_job;
+    bool is_last = task->crashes >= ATTEMPTS || stands_alone;
+    if (!stands_alone && (!is_timeout || is_last))
+        quarantine_add_crash(&supervisor->quarantine, task->scene, how);
     if (!is_last) {
         supervisor->totals.retried++;
         render_queue_push_back(&supervisor->queue, task);
@@ -38,15 +39,16 @@ static void charge(struct supervisor *supervisor, struct render_task *task, cons
     }
     struct error problem = {0};
     error_set(&problem, ERROR_RENDER_FAILED,
-              task->question ? "the question ended its worker (%d) with %s"
-                             : "the render ended its worker %d times, the last time with %s",
-              task->deaths, how);
+              task->question    ? "the question ended its worker (%d) with %s"
+              : task->is_of_job ? "the frame ended its worker (%d) with %s"
+                                : "the render ended its worker %d times, the last time with %s",
+              task->crashes, how);
     supervisor_refuse(supervisor, task, &problem);
 }
 
 /* Requeues the jobs of a worker that ended, the culprit first, and plans the next start. Under the
  * mutex. */
-static void settle_death(struct supervisor *supervisor, const char *how, bool is_timeout)
+static void settle_end(struct supervisor *supervisor, const char *how, bool is_timeout)
 {
     struct worker_jobs *jobs = &supervisor->jobs;
     bool is_of_device = supervisor_blame_device(supervisor, how, is_timeout);
@@ -95,54 +97,44 @@ void supervisor_reap_worker(struct supervisor *supervisor, const char *reason, b
         supervisor->totals.worker_timeouts++;
     else
         supervisor->totals.worker_crashes++;
-    settle_death(supervisor, how, is_timeout);
+    settle_end(supervisor, how, is_timeout);
     pthread_mutex_unlock(&supervisor->mutex);
 }
 
 /* ---- starting ---- */
 
-/* Makes the device's name a part of a file's name. */
-static void name_device(const char *device, char name[GL_DEVICE_NAME_BYTES])
+enum { CACHE_PATH_BYTES = CONFIG_PATH_BYTES + 128 };
+
+/* `cache/WHAT-DEVICE` of the state directory, the device made a part of a name. */
+static void name_cache_file(const struct config *config, const char *what, const char *suffix,
+                            char path[CACHE_PATH_BYTES])
 {
-    snprintf(name, GL_DEVICE_NAME_BYTES, "%.*s", GL_DEVICE_NAME_BYTES - 1, device);
-    for (char *at = name; *at; at++)
+    char device[GL_DEVICE_NAME_BYTES];
+    snprintf(device, sizeof device, "%.*s", GL_DEVICE_NAME_BYTES - 1, config->device);
+    for (char *at = device; *at; at++)
         if (*at == '/' || *at == ':')
             *at = '-';
-}
-
-void supervisor_cache_path(const struct supervisor *supervisor, const char *what,
-                           char path[SUPERVISOR_PATH_BYTES])
-{
-    const struct config *config = supervisor->desc.config;
-    char device[GL_DEVICE_NAME_BYTES];
-    name_device(config->device, device);
-    snprintf(path, SUPERVISOR_PATH_BYTES, "%s/cache/%s-%s.json", config->state_dir, what, device);
+    snprintf(path, CACHE_PATH_BYTES, "%s/cache/%s-%s%s", config->state_dir, what, device, suffix);
 }
 
 static bool send_settings(struct supervisor *supervisor, struct error *err)
 {
     const struct config *config = supervisor->desc.config;
-    char speed_file[CONFIG_PATH_BYTES + 128], texture_file[CONFIG_PATH_BYTES + 128];
-    char lessons_file[CONFIG_PATH_BYTES + 128];
-    char proof_file[CONFIG_PATH_BYTES + 128], budgets_file[SUPERVISOR_PATH_BYTES];
-    char program_folder[CONFIG_PATH_BYTES + 64];
+    char speed_file[CACHE_PATH_BYTES], texture_file[CACHE_PATH_BYTES];
+    char observations_file[CACHE_PATH_BYTES], proof_file[CACHE_PATH_BYTES];
+    char budgets_file[CACHE_PATH_BYTES], program_folder[CACHE_PATH_BYTES];
     snprintf(program_folder, sizeof program_folder, "%s/cache/programs", config->state_dir);
-    char device[GL_DEVICE_NAME_BYTES];
-    name_device(config->device, device);
-    snprintf(speed_file, sizeof speed_file, "%s/cache/device-speed-%s.json", config->state_dir,
-             device);
-    snprintf(texture_file, sizeof texture_file, "%s/cache/texture-speed-%s.json", config->state_dir,
-             device);
-    snprintf(lessons_file, sizeof lessons_file, "%s/cache/forecasts-%s.json", config->state_dir,
-             device);
-    snprintf(proof_file, sizeof proof_file, "%s/cache/self-test-%s", config->state_dir, device);
-    supervisor_cache_path(supervisor, "budgets", budgets_file);
+    name_cache_file(config, "device-speed", ".json", speed_file);
+    name_cache_file(config, "texture-speed", ".json", texture_file);
+    name_cache_file(config, "forecasts", ".json", observations_file);
+    name_cache_file(config, "budgets", ".json", budgets_file);
+    name_cache_file(config, "self-test", "", proof_file);
     json_t *settings = json_pack(
         "{s:s,s:o,s:s,s:s,s:s,s:I,s:I,s:I,s:i,s:i,s:I,s:s,s:s,s:I,s:i,s:s,s:s,s:i,s:s}", "op",
         "configure", "passed_over", device_reasons_to_json(&supervisor->trials.devices),
-        "lessons_file", lessons_file, "budgets_file", budgets_file, "device", config->device,
-        "gpu_budget_bytes", (json_int_t)config->gpu_budget_bytes, "texture_budget_bytes",
-        (json_int_t)config->texture_budget_bytes, "texture_upload_bytes",
+        "observations_file", observations_file, "budgets_file", budgets_file, "device",
+        config->device, "gpu_budget_bytes", (json_int_t)config->gpu_budget_bytes,
+        "texture_budget_bytes", (json_int_t)config->texture_budget_bytes, "texture_upload_bytes",
         (json_int_t)config->texture_upload_bytes, "texture_upload_ms", config->texture_upload_ms,
         "texture_compression", (int)config->texture_compression, "cache_bytes",
         (json_int_t)config->cache_bytes, "dump_shaders", config->dump_shaders, "program_folder",
@@ -176,7 +168,7 @@ static void start_worker(struct supervisor *supervisor)
     if (problem.code != ERROR_NONE) {
         error_wrap(&problem, "the render worker does not start");
         supervisor->start_error = problem;
-        settle_death(supervisor, problem.message, false);
+        settle_end(supervisor, problem.message, false);
     }
     pthread_mutex_unlock(&supervisor->mutex);
 }

@@ -20,7 +20,7 @@ struct upload {
     int fd;
     struct digest *digest;
     struct multipart *multipart; /* NULL when the body is the file */
-    bool must_be_glb;            /* unless it is told to be something else */
+    bool must_be_glb;            /* unless the request says that it is something else */
     struct upload_reading reading;
     uint64_t end_bytes; /* of the spool */
     struct upload_file *files;
@@ -194,7 +194,11 @@ static bool settle_format(struct upload *upload, struct error *err)
         return error_set(err, ERROR_INVALID_REQUEST,
                          "?%s= is for other formats: glTF is in metres, with +Y up",
                          reading->unit_m > 0 ? "unit" : "up");
-    return true;
+    return reading->deflection == 0 || scene_format_takes_deflection(reading->format) ||
+           error_set(err, ERROR_INVALID_REQUEST,
+                     "?deflection= is for STEP and IGES, whose surfaces become triangles; %s has "
+                     "its own",
+                     scene_format_describe(reading->format)->title);
 }
 
 /* ---- life ---- */
@@ -229,8 +233,8 @@ static bool choose_scene_reader(struct upload *upload, const char *content_type,
                          "multipart/form-data, or application/octet-stream with ?format=",
                          content_type ? content_type : "");
     bool is_json = negotiate_is_type(content_type, "model/gltf+json");
-    return add_file(upload, is_json ? "scene.gltf" : "", err); /* the importer tells JSON by its
-                                                                  name */
+    /* The importer tells JSON by its name. */
+    return add_file(upload, is_json ? "scene.gltf" : "", err);
 }
 
 struct upload *upload_create(enum resource_kind kind, const char *content_type, int spool_fd,
@@ -332,12 +336,14 @@ static bool check_magic(const struct upload *upload, struct error *err)
 static void digest_reading(struct upload *upload, char id[DIGEST_TEXT_BYTES])
 {
     const struct upload_reading *reading = &upload->reading;
-    char line[DIGEST_TEXT_BYTES + 64], unit[32] = "-";
+    char line[DIGEST_TEXT_BYTES + 96], unit[32] = "-", deflection[32] = "";
     if (reading->unit_m > 0)
         snprintf(unit, sizeof unit, "%.9g", reading->unit_m);
-    int length = snprintf(line, sizeof line, "vitrail-scene-as-1\n%s %s %s %c\n", id,
+    if (reading->deflection > 0)
+        snprintf(deflection, sizeof deflection, " %.9g", reading->deflection);
+    int length = snprintf(line, sizeof line, "vitrail-scene-as-1\n%s %s %s %c%s\n", id,
                           scene_format_describe(reading->format)->name, unit,
-                          reading->up ? reading->up : '-');
+                          reading->up ? reading->up : '-', deflection);
     digest_write(upload->digest, line, (size_t)length);
     digest_end(upload->digest, id);
 }

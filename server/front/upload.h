@@ -57,8 +57,9 @@ MUST_CHECK bool upload_choose_scene(struct upload *upload, const char *scene, st
 struct upload_reading {
     bool has_format;
     enum scene_format format;
-    double unit_m; /* 0: not asked for */
-    char up;       /* 0: not asked for */
+    double unit_m;     /* 0: not asked for */
+    char up;           /* 0: not asked for */
+    double deflection; /* 0: not asked for */
 };
 /* Before upload_end, which refuses with ERROR_INVALID_REQUEST what glTF fixes. */
 void upload_read_as(struct upload *upload, const struct upload_reading *reading);

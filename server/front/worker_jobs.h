@@ -32,8 +32,8 @@ struct worker_job {
     /* When the state began. A resumed job counts its pause out. A job on the device counts from its
      * begin, or from the end of the job before it. */
     int64_t since_ms;
-    int64_t ran_ms; /* how long a paused job ran before */
-    bool is_told;   /* the worker knows that the job is cancelled */
+    int64_t ran_ms;   /* how long a paused job ran before */
+    bool is_notified; /* the worker knows that the job is cancelled */
     struct job_progress progress;
 };
 

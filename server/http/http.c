@@ -19,14 +19,15 @@
 #include "protocol/utf8.h"
 #include "server/http/http_internal.h"
 #include "server/http/http_lines.h"
+#include "server/http/http_range.h"
 
 enum {
     THREADS = 2, /* they parse and copy; rendering and decoding happen elsewhere */
     CONNECTION_MEMORY_BYTES = 64 << 10, /* heads are limited to this; bodies come in pieces of it */
     CONNECTION_IDLE_S = 90,             /* our own watch is stricter; this is the net below it */
     BACKLOG = 512,
-    SWALLOW_BYTES = 64 << 20, /* a refused body up to this is read, so that the client reads the
-                                 reply */
+    /* A refused body up to this is read, so that the client reads the reply. */
+    SWALLOW_BYTES = 64 << 20,
     HEADERS_MAX = 16,
 };
 
@@ -238,6 +239,42 @@ void http_reply_fd(struct http_exchange *exchange, int status, const char *media
     if (!response)
         close(fd);
     http_set_response(exchange, status, media_type, response, size_bytes);
+}
+
+void http_reply_file(struct http_exchange *exchange, const char *media_type, const char *tag,
+                     int fd, uint64_t size_bytes)
+{
+    struct http_range range;
+    const char *value = http_request_header(exchange, "Range");
+    const char *condition = http_request_header(exchange, "If-Range");
+    if (condition && strcmp(condition, tag) != 0)
+        value = NULL;
+    http_reply_header(exchange, "Accept-Ranges", "bytes");
+    http_reply_header(exchange, "ETag", "%s", tag);
+    switch (http_range_parse(value, size_bytes, &range)) {
+    case HTTP_RANGE_ALL:
+        http_reply_fd(exchange, 200, media_type, fd, size_bytes);
+        return;
+    case HTTP_RANGE_OUTSIDE:
+        close(fd);
+        http_reply_header(exchange, "Content-Range", "bytes */%llu",
+                          (unsigned long long)size_bytes);
+        struct error problem = {0};
+        error_set(&problem, ERROR_RANGE, "Range: '%.80s' is outside of %llu bytes", value,
+                  (unsigned long long)size_bytes);
+        http_reply_error(exchange, &problem);
+        return;
+    case HTTP_RANGE_PART:
+        break;
+    }
+    http_reply_header(
+        exchange, "Content-Range", "bytes %llu-%llu/%llu", (unsigned long long)range.first,
+        (unsigned long long)(range.first + range.count - 1), (unsigned long long)size_bytes);
+    struct MHD_Response *response =
+        MHD_create_response_from_fd_at_offset64(range.count, fd, range.first);
+    if (!response)
+        close(fd);
+    http_set_response(exchange, 206, media_type, response, range.count);
 }
 
 void http_reply_error(struct http_exchange *exchange, const struct error *problem)

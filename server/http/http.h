@@ -112,6 +112,11 @@ void http_reply_bytes(struct http_exchange *exchange, int status, const char *me
                       const void *bytes, size_t size_bytes); /* copies */
 void http_reply_fd(struct http_exchange *exchange, int status, const char *media_type, int fd,
                    uint64_t size_bytes); /* takes the descriptor */
+/* Likewise, with the ranges of RFC 9110 14: 206 for one range of bytes, 416 for one that is
+ * outside, 200 for all else. tag: the strong entity tag, with its quotes, which is sent, and which
+ * If-Range is compared with. */
+void http_reply_file(struct http_exchange *exchange, const char *media_type, const char *tag,
+                     int fd, uint64_t size_bytes);
 void http_reply_empty(struct http_exchange *exchange, int status);
 /* Replies with application/problem+json. */
 void http_reply_error(struct http_exchange *exchange, const struct error *problem);
@@ -136,7 +141,7 @@ struct http_stream *http_reply_stream(struct http_exchange *exchange, const char
                                       const struct http_source *source);
 void http_stream_wake(struct http_stream *stream);
 
-/* Leaves HTTP (101). take is called once the client was told, on a server's thread: from then on
+/* Leaves HTTP (101). take is called once the reply was sent, on a server's thread: from then on
  * the socket (non-blocking) is the taker's until http_upgrade_end, and the exchange stays open.
  * extra: bytes that the client has sent already. */
 struct http_upgrade;

@@ -156,7 +156,7 @@ bool http_head_is_shared(const struct http_head *head, const struct http_policy 
     return head->origin && is_listed(head->origin, policy->allow_origin);
 }
 
-/* Forms and simple fetches of foreign pages need no preflight, so they are told apart by what
+/* Forms and simple fetches of foreign pages need no preflight, so they are recognised by what
  * browsers always send. */
 static bool check_origin(const struct http_head *head, const struct http_policy *policy,
                          struct error *err)

@@ -9,9 +9,9 @@
 #include <strings.h>
 
 enum {
-    BOUNDARY_BYTES = 70,      /* RFC 2046 5.1.1 */
-    HEADER_LINE_BYTES = 4096, /* room for the longest file name, every byte escaped, in name and in
-                                 filename */
+    BOUNDARY_BYTES = 70, /* RFC 2046 5.1.1 */
+    /* Room for the longest file name, every byte escaped, in name and in filename. */
+    HEADER_LINE_BYTES = 4096,
     HEADER_LINES_MAX = 16,
     NAME_BYTES = 1600, /* longer names are cut here and refused by the upload, whose limit is 512 */
 };
@@ -176,8 +176,8 @@ static bool header_byte(struct multipart *multipart, char byte, struct error *er
         return error_set(err, ERROR_INVALID_REQUEST,
                          "multipart: a part has no Content-Disposition");
     multipart->state = STATE_DATA;
-    multipart->matched = multipart->borrowed = 2; /* an empty part may close with the CRLF of its
-                                                     header */
+    /* An empty part may close with the CRLF of its header. */
+    multipart->matched = multipart->borrowed = 2;
     return multipart->events.begin_part(
         multipart->events.context, &(struct multipart_part){multipart->name, multipart->filename},
         err);

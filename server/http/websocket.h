@@ -2,10 +2,10 @@
 /* WebSockets (RFC 6455) over connections that left HTTP; the only home of wslay. Owns one thread,
  * on which all sessions run: they must not wait.
  *
- * A client that sends what it may not is told so with a close code and left: 1002 malformed frames,
- * 1003 binary, 1007 not UTF-8, 1009 too long, 1008 no answer to pings. One that reads nothing is
- * left without words. What may queue for one client is bounded, and while its queue is long nothing
- * is read from it. */
+ * A client that sends what it may not gets a close code that says so, and is left: 1002 malformed
+ * frames, 1003 binary, 1007 not UTF-8, 1009 too long, 1008 no answer to pings. One that reads
+ * nothing is left without words. What may queue for one client is bounded, and while its queue is
+ * long nothing is read from it. */
 #ifndef VITRAIL_SERVER_HTTP_WEBSOCKET_H
 #define VITRAIL_SERVER_HTTP_WEBSOCKET_H
 

@@ -2,8 +2,6 @@
 /* Speeds of a device as times of a pixel, a lookup, a texel, a ray. */
 #include "server/mapping/auto_mapping.h"
 
-#include <string.h>
-
 #include "protocol/utf8.h"
 
 void device_auto_from_settings(const struct auto_settings *settings, struct device_auto *automatic)
@@ -30,19 +28,4 @@ void device_auto_from_settings(const struct auto_settings *settings, struct devi
     automatic->camera_ray_ns = speed->trace * (costs->ray + levels * costs->hit_level);
     automatic->shadow_ray_ns = speed->trace * costs->shadow_ray;
     automatic->triangle_ns = speed->build * costs->built_triangle;
-}
-
-void device_auto_to_settings(const struct device_auto *automatic, struct auto_settings *settings)
-{
-    *settings = (struct auto_settings){.policy = AUTO_RASTER};
-    if (strcmp(automatic->policy, "raytraced") == 0)
-        settings->policy = AUTO_RAYTRACED;
-    if (!automatic->is_measured)
-        return;
-    settings->policy = AUTO_MEASURED;
-    settings->speed = (struct device_speed){.frame_ms = automatic->frame_ms,
-                                            .shade = automatic->shade,
-                                            .maps = automatic->maps,
-                                            .trace = automatic->trace,
-                                            .build = automatic->build};
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What `shadows: auto` goes by, to be told and read back. Thread: any; nothing here touches GL. */
+/* What `shadows: auto` goes by, to be reported. Thread: any; nothing here touches GL. */
 #ifndef VITRAIL_SERVER_MAPPING_AUTO_MAPPING_H
 #define VITRAIL_SERVER_MAPPING_AUTO_MAPPING_H
 
@@ -8,6 +8,5 @@
 
 /* The note is the caller's to fill in. */
 void device_auto_from_settings(const struct auto_settings *settings, struct device_auto *automatic);
-void device_auto_to_settings(const struct device_auto *automatic, struct auto_settings *settings);
 
 #endif

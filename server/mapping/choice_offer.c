@@ -7,7 +7,7 @@
 
 static json_t *row_to_json(const struct choice_row *row)
 {
-    const struct choice_setting *setting = &row->setting;
+    const struct quality_setting *setting = &row->setting;
     return json_pack("[s,i,i,i,f,i,f,o]", shadow_technique_name((int)setting->shadows),
                      setting->shadow_resolution, setting->shadow_taps, setting->samples,
                      setting->shadow_compression, setting->shadow_prefilter, row->ms,
@@ -34,7 +34,7 @@ json_t *choice_offer_to_json(const struct choice_offer *offer)
 
 static bool row_from_json(json_t *json, struct choice_row *row)
 {
-    struct choice_setting *setting = &row->setting;
+    struct quality_setting *setting = &row->setting;
     const char *shadows;
     json_t *error;
     if (json_unpack(json, "[s,i,i,i,F,i,F,o]", &shadows, &setting->shadow_resolution,

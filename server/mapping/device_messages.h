@@ -14,7 +14,7 @@
 json_t *device_trials_message(const struct gl_device *device, enum gl_device_step step);
 bool device_trials_read(const json_t *message, struct gl_device *device, enum gl_device_step *step);
 
-/* Those with a reason, as the worker is told of them; and back. */
+/* Those with a reason, as the worker is sent them; and back. */
 json_t *device_reasons_to_json(const struct gl_device_list *devices);
 void device_reasons_from_json(const json_t *json, struct gl_device_list *devices);
 

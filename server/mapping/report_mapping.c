@@ -29,75 +29,6 @@ static void copy_plan(const struct frame_report *report, struct frame_stats *sta
     stats->plan_count = report->pass_count;
 }
 
-static void copy_counts(const struct frame_report *report, struct frame_stats *stats)
-{
-    stats->counts.lights = report->counts.lights;
-    stats->counts.shadowed_lights = report->counts.shadowed_lights;
-    stats->counts.unseen_lights = report->counts.unseen_lights;
-    stats->counts.light_batches = report->counts.light_batches;
-    stats->counts.light_slices = report->counts.light_slices;
-    stats->counts.split_pixels = report->counts.split_pixels;
-    stats->counts.draws = report->counts.draws;
-    stats->counts.triangles = report->counts.triangles;
-    stats->counts.draw_calls = report->counts.draw_calls;
-    stats->counts.culled = report->counts.culled;
-    stats->counts.shadow_draws = report->counts.shadow_draws;
-    stats->counts.shadow_culled = report->counts.shadow_culled;
-    stats->counts.events = report->counts.events;
-    stats->counts.longest_list = report->counts.longest_list;
-    stats->counts.mean_list = report->counts.mean_list;
-    stats->counts.lookups = report->counts.lookups;
-    stats->counts.shadow_rays = report->counts.shadow_rays;
-    stats->counts.transparent_fragments = report->counts.transparent_fragments;
-    stats->counts.longest_pixel_list = report->counts.longest_pixel_list;
-    stats->counts.light_list_entries = report->counts.light_list_entries;
-    stats->counts.shadow_maps_built = report->counts.shadow_maps_built;
-    stats->counts.shadow_maps_reused = report->counts.shadow_maps_reused;
-    stats->counts.states_reused = report->counts.states_reused;
-    stats->counts.feature_edges = report->counts.feature_edges;
-    stats->counts.outlined_pixels = report->counts.outlined_pixels;
-    stats->counts.gbuffers_drawn = report->counts.gbuffers_drawn;
-    stats->counts.gbuffers_reused = report->counts.gbuffers_reused;
-    stats->counts.light_lists_built = report->counts.light_lists_built;
-    stats->counts.light_lists_reused = report->counts.light_lists_reused;
-    stats->counts.pixel_lists_built = report->counts.pixel_lists_built;
-    stats->counts.pixel_lists_reused = report->counts.pixel_lists_reused;
-    stats->counts.plans_made = report->counts.plans_made;
-    stats->counts.plans_reused = report->counts.plans_reused;
-    stats->counts.programs_built = report->counts.programs_built;
-    stats->counts.programs_reused = report->counts.programs_reused;
-    stats->counts.programs_loaded = report->counts.programs_loaded;
-}
-
-static void copy_compression(const struct frame_report *report, struct frame_stats *stats)
-{
-    const struct report_compression *from = &report->compression;
-    stats->compression = (struct frame_stats_compression){.maps = from->maps,
-                                                          .events = from->events,
-                                                          .nodes = from->nodes,
-                                                          .exact_bytes = from->exact_bytes,
-                                                          .node_bytes = from->node_bytes,
-                                                          .windows = from->windows,
-                                                          .prefilter = (uint64_t)from->prefilter,
-                                                          .max_error = from->max_error};
-}
-
-static void copy_textures(const struct frame_report *report, struct frame_stats *stats)
-{
-    const struct report_textures *from = &report->textures;
-    stats->textures = (struct frame_stats_textures){.budget_bytes = from->budget_bytes,
-                                                    .resident_bytes = from->resident_bytes,
-                                                    .wanted_bytes = from->wanted_bytes,
-                                                    .pending_bytes = from->pending_bytes,
-                                                    .written_bytes = from->written_bytes,
-                                                    .coarse_count = from->coarse_count,
-                                                    .level_bias = from->level_bias,
-                                                    .compressed_count = from->compressed_count,
-                                                    .compressed_bytes = from->compressed_bytes,
-                                                    .compressed_rmse = from->compressed_rmse,
-                                                    .upload_ms = from->upload_ms};
-}
-
 static void copy_lists(const struct frame_report *report, struct frame_stats *stats)
 {
     for (int i = 0; i < report->byte_count; i++) {
@@ -153,9 +84,10 @@ static void copy_environment(const struct render_request *request,
                              struct frame_stats_environment *environment)
 {
     const struct request_quality *quality = &request->quality;
-    utf8_copy(environment->image, sizeof environment->image, request->environment.image);
+    utf8_copy(environment->image, sizeof environment->image, report->environment);
     for (int i = 0; environment->image[0] && i < report->pass_count; i++)
-        if (strcmp(report->passes[i].pass, "raytrace.trace") == 0)
+        if (!strcmp(report->passes[i].pass, "raytrace.trace") ||
+            !strcmp(report->passes[i].pass, "environment.trace"))
             environment->samples =
                 quality_or(quality->environment_samples, quality->reference
                                                              ? ENVIRONMENT_SAMPLES_DEFAULT_REFERENCE
@@ -171,9 +103,9 @@ void frame_stats_from_report(const struct render_request *request,
     utf8_copy(stats->device, sizeof stats->device, device);
     copy_environment(request, report, &stats->environment);
     copy_plan(report, stats);
-    copy_counts(report, stats);
-    copy_compression(report, stats);
-    copy_textures(report, stats);
+    stats->counts = report->counts;
+    stats->compression = report->compression;
+    stats->textures = report->textures;
     copy_lists(report, stats);
     copy_chosen(request, report, &stats->chosen);
     copy_times(report, stats->timings_ms);

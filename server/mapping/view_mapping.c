@@ -31,6 +31,9 @@ SAME(REQUEST_ALPHA_BLEND, SCENE_BLEND);
 SAME(REQUEST_PASS_CONSTANT, SCENE_PASS_CONSTANT);
 SAME(REQUEST_PASS_SLAB, SCENE_PASS_SLAB);
 SAME(REQUEST_PASS_EDGE, SCENE_PASS_EDGE);
+SAME(REQUEST_STUDIO_AUTO, VIEW_STUDIO_AUTO);
+SAME(REQUEST_STUDIO_ON, VIEW_STUDIO_ON);
+SAME(REQUEST_STUDIO_OFF, VIEW_STUDIO_OFF);
 SAME(REQUEST_LIGHT_LISTS_AUTO, VIEW_LIGHT_LISTS_AUTO);
 SAME(REQUEST_LIGHT_LISTS_CLUSTERED, VIEW_LIGHT_LISTS_CLUSTERED);
 SAME(REQUEST_LIGHT_LISTS_LINKED, VIEW_LIGHT_LISTS_LINKED);
@@ -191,6 +194,8 @@ void view_quality_from_request(const struct request_quality *from, struct view_q
         .transparency = from->transparency,
         .light_lists = (enum view_light_lists)from->light_lists,
         .blend_filter = (enum view_blend_filter)from->blend_filter,
+        .refraction = (enum view_refraction)from->refraction,
+        .refraction_samples = from->refraction_samples,
         .shadow_resolution = from->shadow_resolution,
         .shadow_taps = from->shadow_taps,
         .shadow_compression = from->shadow_compression,
@@ -201,6 +206,7 @@ void view_quality_from_request(const struct request_quality *from, struct view_q
         .reference = from->reference,
         .area_samples = from->area_samples,
         .environment_samples = from->environment_samples,
+        .environment_visibility = (enum view_visibility)from->environment_visibility,
     };
 }
 
@@ -266,6 +272,7 @@ bool view_from_request(const struct render_request *request, struct view_storage
         .lights = storage->lights,
         .light_count = request->light_count,
         .ignore_scene_lights = request->ignore_scene_lights,
+        .studio = (enum view_studio)request->studio,
         .has_environment = has_hemisphere(request),
         .environment_key = request->environment.image,
         .environment_rotation_deg = request->environment.rotation_deg,
@@ -280,6 +287,9 @@ bool view_from_request(const struct render_request *request, struct view_storage
         .clip_planes = (const double(*)[4])storage->clip_planes,
         .clip_plane_count = request->clip_plane_count,
         .cuts = storage->cuts,
+        .ground_plane = {.is_shown = request->ground_plane.is_given,
+                         .has_height = request->ground_plane.has_height,
+                         .height_m = request->ground_plane.height},
         .is_animated = request->animation.is_given,
         .animation = request->animation.name,
         .animation_time_s = request->animation.time_s,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Posts from their first byte to their reply, and what is told of a resource. */
+/* Posts from their first byte to their reply, and the description of a resource. */
 #include "server/routes/resource_routes.h"
 
 #include <stdlib.h>
@@ -43,13 +43,26 @@ struct post_query {
     struct upload_reading reading;
 };
 
-/* ?format=, ?unit= and ?up= */
+static bool read_deflection(const char *text, double *deflection, struct error *err)
+{
+    char *end = NULL;
+    bool is_decimal = strspn(text, "0123456789.eE+-") == strlen(text);
+    *deflection = is_decimal ? strtod(text, &end) : 0;
+    return (is_decimal && *end == '\0' && *deflection >= SCENE_DEFLECTION_LEAST &&
+            *deflection <= SCENE_DEFLECTION_MOST) ||
+           error_set(err, ERROR_INVALID_REQUEST,
+                     "?deflection=%.40s is no number of units of the file in [%g, %g]", text,
+                     SCENE_DEFLECTION_LEAST, SCENE_DEFLECTION_MOST);
+}
+
+/* ?format=, ?unit=, ?up= and ?deflection= */
 static bool read_reading(const struct http_exchange *exchange, struct upload_reading *reading,
                          struct error *err)
 {
     const char *format = http_request_query(exchange, "format");
     const char *unit = http_request_query(exchange, "unit");
     const char *up = http_request_query(exchange, "up");
+    const char *deflection = http_request_query(exchange, "deflection");
     reading->has_format = format;
     if (format && !scene_format_from_name(format, &reading->format))
         return error_set(err, ERROR_INVALID_REQUEST,
@@ -61,14 +74,14 @@ static bool read_reading(const struct http_exchange *exchange, struct upload_rea
     if (up && strcmp(up, "y") != 0 && strcmp(up, "z") != 0)
         return error_set(err, ERROR_INVALID_REQUEST, "?up=%.40s is neither y nor z", up);
     reading->up = up ? *up : '\0';
-    return true;
+    return !deflection || read_deflection(deflection, &reading->deflection, err);
 }
 
 static bool read_query(const struct http_exchange *exchange, bool takes_scene,
                        struct post_query *query, struct error *err)
 {
-    const char *const known[] = {"name", takes_scene ? "scene" : NULL, "format", "unit", "up",
-                                 NULL};
+    const char *const known[] = {
+        "name", takes_scene ? "scene" : NULL, "format", "unit", "up", "deflection", NULL};
     query->name = http_request_query(exchange, "name");
     query->scene = http_request_query(exchange, "scene");
     return http_request_check_query(exchange, known, err) &&
@@ -174,6 +187,7 @@ void resource_post_submit(struct resource_post *post,
 {
     struct error problem = {0};
     const struct decode_job_desc job = {.id = fill ? NULL : post->id,
+                                        .request_id = http_request_id(post->exchange),
                                         .upload = post->upload,
                                         .context = post,
                                         .fill = fill,
@@ -187,7 +201,7 @@ void resource_post_submit(struct resource_post *post,
     http_resume(post->exchange);
 }
 
-/* ---- what is told ---- */
+/* ---- descriptions ---- */
 
 void resource_reply_list(struct service *service, struct http_exchange *exchange,
                          enum resource_kind kind)
@@ -196,7 +210,7 @@ void resource_reply_list(struct service *service, struct http_exchange *exchange
     reply_json(exchange, 200, list ? json_pack("{s:o}", resource_info(kind)->folder, list) : NULL);
 }
 
-/* The name can change, all else that is told of an id stays as it is. */
+/* The name can change, all else that is said of an id stays as it is. */
 void resource_reply(struct http_exchange *exchange, const char *id, json_t *json,
                     const struct error *problem)
 {
@@ -207,12 +221,8 @@ void resource_reply(struct http_exchange *exchange, const char *id, json_t *json
     const char *name = json_string_value(json_object_get(json, "name"));
     char name_digest[DIGEST_TEXT_BYTES] = "", tag[DIGEST_TEXT_BYTES + 16];
     struct error ignored = {0};
-    struct digest *digest = name ? digest_create(&ignored) : NULL;
-    if (digest) {
-        digest_write(digest, name, strlen(name));
-        digest_end(digest, name_digest);
-    }
-    digest_destroy(digest);
+    if (name && !digest_of(name, strlen(name), name_digest, &ignored))
+        name_digest[0] = '\0';
     snprintf(tag, sizeof tag, "\"%.64s%s%.8s\"", id, *name_digest ? "-" : "", name_digest);
     http_reply_header(exchange, "Cache-Control", "private, no-cache");
     if (reply_if_unchanged(exchange, tag))

@@ -43,7 +43,7 @@ void resource_post_submit(struct resource_post *post,
 
 void resource_reply_list(struct service *service, struct http_exchange *exchange,
                          enum resource_kind kind);
-/* Answers with what is told of an id, or with the problem where json is NULL. Takes json. */
+/* Answers with what is reported of an id, or with the problem where json is NULL. Takes json. */
 void resource_reply(struct http_exchange *exchange, const char *id, json_t *json,
                     const struct error *problem);
 void resource_reply_summary(struct service *service, struct http_exchange *exchange,

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* Strict reading of the members of a query. */
+#include "server/routes/route_query.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "server/routes/routes_views.h"
 
 bool query_number(const struct http_exchange *exchange, const char *name, double min, double max,
                   double *out, struct error *err)
@@ -33,4 +33,15 @@ bool query_int(const struct http_exchange *exchange, const char *name, int min, 
                          http_request_query(exchange, name));
     *out = (int)number;
     return true;
+}
+
+bool query_forget(const struct http_exchange *exchange, bool *must_forget, struct error *err)
+{
+    static const char *const known[] = {"forget", NULL};
+    const char *forget = http_request_query(exchange, "forget");
+    *must_forget = forget && strcmp(forget, "true") == 0;
+    return http_request_check_query(exchange, known, err) &&
+           (!forget || *must_forget || strcmp(forget, "false") == 0 ||
+            error_set(err, ERROR_INVALID_REQUEST, "?forget=%.40s is neither true nor false",
+                      forget));
 }

@@ -8,7 +8,7 @@
 
 #include "server/http/negotiate.h"
 
-enum { ID_BYTES = 128 /* longer ones name nothing here */ };
+enum { ID_BYTES = 192 /* longer ones name nothing here */ };
 
 struct routed {
     const struct route *route;           /* NULL: no such path */
@@ -18,31 +18,38 @@ struct routed {
     void (*destroy)(void *data);
 };
 
-/* Compares a path with a template; copies what stands for {id}. */
+/* Compares a path with a template; copies what stands for its braces, with '/' between. */
 static bool path_matches(const char *template, const char *path, char id[ID_BYTES])
 {
-    const char *brace = strchr(template, '{');
+    size_t used = 0;
     id[0] = '\0';
-    if (!brace)
-        return strcmp(template, path) == 0;
-    size_t prefix = (size_t)(brace - template);
-    if (strncmp(template, path, prefix) != 0)
-        return false;
-    size_t length = strcspn(path + prefix, "/");
-    if (length == 0 || length >= ID_BYTES ||
-        strcmp(path + prefix + length, strchr(brace, '}') + 1) != 0)
-        return false;
-    memcpy(id, path + prefix, length);
-    id[length] = '\0';
+    while (*template || *path) {
+        if (*template != '{') {
+            if (*template ++ != *path++)
+                return false;
+            continue;
+        }
+        size_t length = strcspn(path, "/");
+        if (length == 0 || used + length + 2 > ID_BYTES)
+            return false;
+        if (used > 0)
+            id[used++] = '/';
+        memcpy(id + used, path, length);
+        used += length;
+        id[used] = '\0';
+        template = strchr(template, '}') + 1;
+        path += length;
+    }
     return true;
 }
 
 static void find_route(struct routed *routed, const char *path)
 {
     const struct route *const tables[] = {
-        routes_scenes,       routes_environments, routes_renders,  routes_service,
-        routes_page,         routes_tradeoffs,    routes_views,    routes_view_images,
-        routes_view_streams, routes_view_socket,  routes_view_pick};
+        routes_scenes,   routes_environments, routes_renders,      routes_service,
+        routes_page,     routes_tradeoffs,    routes_jobs,         routes_job_results,
+        routes_views,    routes_view_images,  routes_view_streams, routes_view_socket,
+        routes_view_pick};
     for (size_t t = 0; t < sizeof tables / sizeof tables[0]; t++)
         for (const struct route *route = tables[t]; route->path; route++)
             if (path_matches(route->path, path, routed->id)) {
@@ -54,8 +61,8 @@ static void find_route(struct routed *routed, const char *path)
 
 static const struct route_handler *find_handler(const struct route *route, enum http_method method)
 {
-    enum http_method wanted = method == HTTP_HEAD ? HTTP_GET : method; /* the body is left out below
-                                                                          us */
+    /* The body is left out below us. */
+    enum http_method wanted = method == HTTP_HEAD ? HTTP_GET : method;
     for (int i = 0; i < ROUTE_HANDLERS_MAX && route->handlers[i].run; i++)
         if (route->handlers[i].method == wanted)
             return &route->handlers[i];
@@ -82,8 +89,8 @@ static void add_preflight(struct http_exchange *exchange)
         return;
     http_reply_header(exchange, "Access-Control-Allow-Methods", "GET, HEAD, POST, PATCH, DELETE");
     http_reply_header(exchange, "Access-Control-Allow-Headers",
-                      "Accept, Content-Type, If-Match, If-None-Match, Idempotency-Key, Prefer, "
-                      "X-Request-Id");
+                      "Accept, Content-Type, If-Match, If-None-Match, If-Range, Idempotency-Key, "
+                      "Last-Event-ID, Prefer, Range, X-Request-Id");
     http_reply_header(exchange, "Access-Control-Max-Age", "600");
 }
 

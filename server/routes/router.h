@@ -9,7 +9,7 @@
 #include "server/routes/service.h"
 
 /* One method of one route. Both callbacks run on the HTTP server's threads and never block; id is
- * the {id} of the path, or "". */
+ * what stands for the braces of the path, with '/' between, or "". */
 struct route_handler {
     enum http_method method;
     /* Optional. */
@@ -20,14 +20,15 @@ struct route_handler {
 enum { ROUTE_HANDLERS_MAX = 4 };
 
 struct route {
-    const char *path; /* "/v1/scenes/{id}"; {id} stands for one segment that is not empty */
+    const char *path; /* "/v1/scenes/{id}"; braces stand for one segment that is not empty */
     struct route_handler handlers[ROUTE_HANDLERS_MAX];
 };
 
 /* Tables of the route files, each ended by a zeroed entry. */
 extern const struct route routes_scenes[], routes_environments[], routes_renders[],
     routes_service[], routes_page[], routes_tradeoffs[], routes_views[], routes_view_images[],
-    routes_view_streams[], routes_view_socket[], routes_view_pick[];
+    routes_view_streams[], routes_view_socket[], routes_view_pick[], routes_jobs[],
+    routes_job_results[];
 
 struct http_service router_service(struct service *service);
 

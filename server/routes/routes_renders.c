@@ -169,15 +169,6 @@ static void rendered(void *context, struct render_outcome *outcome)
 
 /* ---- the request ---- */
 
-static char *reference_text(const void *context)
-{
-    const struct render_request *request = context;
-    json_t *members = request_to_tree(request);
-    char *text = members ? request_reference_text(members, &request->quality) : NULL;
-    json_decref(members);
-    return text;
-}
-
 static bool offer(const struct render_post *post, struct render_task *task,
                   const struct render_request *request, struct error *err)
 {
@@ -185,7 +176,7 @@ static bool offer(const struct render_post *post, struct render_task *task,
                                        .width_px = request->width,
                                        .height_px = request->height,
                                        .quality = &request->quality,
-                                       .reference_text = reference_text,
+                                       .reference_text = request_reference_text_of,
                                        .context = request};
     return tradeoffs_offer(post->service->tradeoffs, &view, false, &task->offer, err);
 }

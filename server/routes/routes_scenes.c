@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* /v1/scenes: bring, make, list, describe, rename and forget scenes. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -119,6 +120,28 @@ static void run_delete(struct service *service, struct http_exchange *exchange, 
     http_reply_empty(exchange, 204);
 }
 
+static void run_upload(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    struct error problem = {0};
+    struct decode_status status;
+    if (!decode_pool_find(service->decoders, id, &status)) {
+        error_set(
+            &problem, ERROR_NOT_FOUND,
+            "no upload with the request id '%.64s' is being read: it has ended, its bytes are "
+            "still to come, or none was posted with that X-Request-Id",
+            id);
+        http_reply_error(exchange, &problem);
+        return;
+    }
+    json_t *progress = status.stage[0] ? json_pack("{s:s,s:f}", "stage", status.stage, "share",
+                                                   round(1000 * status.share) / 1000)
+                                       : NULL;
+    reply_json(exchange, 200,
+               json_pack("{s:s,s:s,s:f,s:o*}", "request_id", id, "state",
+                         status.is_decoding ? "decoding" : "waiting", "elapsed_s",
+                         round(10 * status.elapsed_s) / 10, "progress", progress));
+}
+
 const struct route routes_scenes[] = {
     {"/v1/scenes", {{HTTP_GET, NULL, run_list}, {HTTP_POST, open_post, run_post}}},
     {"/v1/scenes/demo", {{HTTP_POST, NULL, run_demo}}}, /* before ids */
@@ -127,5 +150,6 @@ const struct route routes_scenes[] = {
       {HTTP_PATCH, open_patch, run_patch},
       {HTTP_DELETE, NULL, run_delete}}},
     {"/v1/scenes/{id}/outline", {{HTTP_GET, NULL, run_outline}}},
+    {"/v1/uploads/{id}", {{HTTP_GET, NULL, run_upload}}},
     {0},
 };

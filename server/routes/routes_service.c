@@ -134,18 +134,31 @@ static json_t *views_json(const struct service *service)
         integer(views.watchers), "made", integer(views.made), "refused", integer(views.refused),
         "expired", integer(views.expired), "patches", integer(views.patches), "document_bytes",
         integer(views.document_bytes), "not_modified", integer(views.not_modified));
-    json_t *frames =
-        json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "rendered", integer(images.rendered),
-                  "shared", integer(images.shared), "cached", integer(images.kept), "cached_bytes",
-                  integer(images.held_bytes), "moving_frames", integer(views.moving_frames),
-                  "exact_frames", integer(views.exact_frames), "failed_frames",
-                  integer(views.failed_frames), "sent_frames", integer(views.sent_frames));
+    json_t *frames = json_pack(
+        "{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "rendered", integer(images.rendered), "shared",
+        integer(images.shared), "cached", integer(images.kept), "cached_bytes",
+        integer(images.held_bytes), "moving_frames", integer(views.moving_frames), "exact_frames",
+        integer(views.exact_frames), "refined_frames", integer(views.refined_frames),
+        "failed_frames", integer(views.failed_frames), "sent_frames", integer(views.sent_frames));
     if (json_object_update(json, frames) != 0) {
         json_decref(json);
         json = NULL;
     }
     json_decref(frames);
     return json;
+}
+
+static json_t *jobs_json(const struct service *service)
+{
+    const struct jobs_totals jobs = jobs_get_totals(service->jobs);
+    return json_pack(
+        "{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "queued",
+        integer(jobs.by_state[FARM_JOB_QUEUED]), "running",
+        integer(jobs.by_state[FARM_JOB_RUNNING]), "done", integer(jobs.by_state[FARM_JOB_DONE]),
+        "failed", integer(jobs.by_state[FARM_JOB_FAILED]), "cancelled",
+        integer(jobs.by_state[FARM_JOB_CANCELLED]), "frames_waiting", integer(jobs.frames_waiting),
+        "frames_done", integer(jobs.frames_done), "frames_failed", integer(jobs.frames_failed),
+        "frames_retried", integer(jobs.frames_retried), "result_bytes", integer(jobs.result_bytes));
 }
 
 static void run_stats(struct service *service, struct http_exchange *exchange, const char *id)
@@ -157,21 +170,21 @@ static void run_stats(struct service *service, struct http_exchange *exchange, c
     struct resource_store_totals maps = resource_store_get_totals(service->resources.environments);
     struct http_server_totals http = http_server_get_totals(service->http);
     struct metrics_totals metrics = metrics_get_totals(service->metrics);
-    reply_json(exchange, 200,
-               json_pack("{s:s,s:s,s:f,s:{s:o,s:o,s:o,s:o},s:{s:o,s:o},s:{s:o,s:o},s:o,s:o,s:o,s:o,"
-                         "s:o,s:o,s:o,s:o}",
-                         "version", VITRAIL_VERSION, "build", service->build_id, "uptime_s",
-                         uptime_s(service), "http", "requests", integer(metrics.requests),
-                         "in_flight", integer(http.requests_in_flight), "connections",
-                         integer(http.connections), "upload_bytes", integer(metrics.upload_bytes),
-                         "scenes", "stored", integer(scenes.count), "decoded_bytes",
-                         integer(scenes.decoded_bytes), "environments", "stored",
-                         integer(maps.count), "decoded_bytes", integer(maps.decoded_bytes),
-                         "renders", renders_json(&renders), "worker",
-                         worker_json(service, &renders), "cache", cache_json(&renders), "programs",
-                         programs_json(&renders), "warm_ups", warm_ups_json(&renders.warm_ups),
-                         "decodes", decodes_json(&decodes), "views", views_json(service),
-                         "frames_kept", integer(frames_count(service->frames))));
+    reply_json(
+        exchange, 200,
+        json_pack("{s:s,s:s,s:f,s:{s:o,s:o,s:o,s:o},s:{s:o,s:o},s:{s:o,s:o},s:o,s:o,s:o,s:o,"
+                  "s:o,s:o,s:o,s:o,s:o}",
+                  "version", VITRAIL_VERSION, "build", service->build_id, "uptime_s",
+                  uptime_s(service), "http", "requests", integer(metrics.requests), "in_flight",
+                  integer(http.requests_in_flight), "connections", integer(http.connections),
+                  "upload_bytes", integer(metrics.upload_bytes), "scenes", "stored",
+                  integer(scenes.count), "decoded_bytes", integer(scenes.decoded_bytes),
+                  "environments", "stored", integer(maps.count), "decoded_bytes",
+                  integer(maps.decoded_bytes), "renders", renders_json(&renders), "worker",
+                  worker_json(service, &renders), "cache", cache_json(&renders), "programs",
+                  programs_json(&renders), "warm_ups", warm_ups_json(&renders.warm_ups), "decodes",
+                  decodes_json(&decodes), "views", views_json(service), "jobs", jobs_json(service),
+                  "frames_kept", integer(frames_count(service->frames))));
 }
 
 /* ---- metrics ---- */
@@ -196,6 +209,33 @@ static void reply_metrics(struct http_exchange *exchange, const char *text)
                          strlen(text));
     else
         http_reply_error(exchange, &(struct error){ERROR_NO_MEMORY, "metrics", ""});
+}
+
+enum { MORE_GAUGES = 11 };
+
+/* Of jobs and of the process. */
+static void put_more_gauges(const struct service *service, struct metrics_gauge gauges[MORE_GAUGES])
+{
+    const struct jobs_totals j = jobs_get_totals(service->jobs);
+    const char *const jobs = "vitrail_jobs", *const job_frames = "vitrail_job_frames_total";
+    const struct metrics_gauge made[MORE_GAUGES] = {
+        {jobs, "Jobs kept, by state.", false, "state=\"queued\"",
+         (double)j.by_state[FARM_JOB_QUEUED]},
+        {jobs, "", false, "state=\"running\"", (double)j.by_state[FARM_JOB_RUNNING]},
+        {jobs, "", false, "state=\"done\"", (double)j.by_state[FARM_JOB_DONE]},
+        {jobs, "", false, "state=\"failed\"", (double)j.by_state[FARM_JOB_FAILED]},
+        {jobs, "", false, "state=\"cancelled\"", (double)j.by_state[FARM_JOB_CANCELLED]},
+        {job_frames, "Frames of jobs that ended an attempt, by result.", true, "result=\"done\"",
+         (double)j.frames_done},
+        {job_frames, "", true, "result=\"failed\"", (double)j.frames_failed},
+        {job_frames, "", true, "result=\"retried\"", (double)j.frames_retried},
+        {"vitrail_job_frames_waiting", "Frames of jobs that have not ended.", false, NULL,
+         (double)j.frames_waiting},
+        {"vitrail_job_result_bytes", "Files of jobs.", false, NULL, (double)j.result_bytes},
+        {"process_resident_memory_bytes", "Resident memory of the front.", false, NULL,
+         resident_bytes()},
+    };
+    memcpy(gauges, made, sizeof made);
 }
 
 static void run_metrics(struct service *service, struct http_exchange *exchange, const char *id)
@@ -286,12 +326,15 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
         {frames, "Frames made for watchers, by kind.", true, "kind=\"moving\"",
          (double)v.moving_frames},
         {frames, "", true, "kind=\"exact\"", (double)v.exact_frames},
+        {frames, "", true, "kind=\"refined\"", (double)v.refined_frames},
         {"vitrail_view_frames_sent_total", "Frames handed to watchers.", true, NULL,
          (double)v.sent_frames},
-        {"process_resident_memory_bytes", "Resident memory of the front.", false, NULL,
-         resident_bytes()},
     };
-    char *text = metrics_to_text(service->metrics, gauges, sizeof gauges / sizeof gauges[0]);
+    enum { OTHERS = sizeof gauges / sizeof gauges[0] };
+    struct metrics_gauge all[OTHERS + MORE_GAUGES];
+    memcpy(all, gauges, sizeof gauges);
+    put_more_gauges(service, all + OTHERS);
+    char *text = metrics_to_text(service->metrics, all, OTHERS + MORE_GAUGES);
     reply_metrics(exchange, text);
     free(text);
 }

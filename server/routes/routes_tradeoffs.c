@@ -7,6 +7,7 @@
 #include "protocol/limits.h"
 #include "protocol/tradeoff.h"
 #include "server/http/negotiate.h"
+#include "server/routes/route_query.h"
 #include "server/routes/router.h"
 #include "server/routes/text_body.h"
 #include "server/tradeoffs/tradeoff_plot.h"
@@ -143,17 +144,10 @@ static void run_list(struct service *service, struct http_exchange *exchange, co
 static void run_delete(struct service *service, struct http_exchange *exchange, const char *id)
 {
     struct error problem = {0};
-    const char *forget = http_request_query(exchange, "forget");
-    bool must_forget = forget && strcmp(forget, "true") == 0;
-    static const char *const known[] = {"forget", NULL};
-    bool is_good = http_request_check_query(exchange, known, &problem);
-    if (is_good && forget && !must_forget && strcmp(forget, "false") != 0)
-        is_good = error_set(&problem, ERROR_INVALID_REQUEST,
-                            "?forget=%.40s is neither true nor false", forget);
-    else if (is_good && must_forget)
-        is_good = tradeoffs_forget(service->tradeoffs, id, &problem);
-    else if (is_good)
-        is_good = tradeoffs_cancel(service->tradeoffs, id, &problem);
+    bool must_forget = false;
+    bool is_good = query_forget(exchange, &must_forget, &problem) &&
+                   (must_forget ? tradeoffs_forget(service->tradeoffs, id, &problem)
+                                : tradeoffs_cancel(service->tradeoffs, id, &problem));
     if (!is_good)
         http_reply_error(exchange, &problem);
     else if (must_forget)

@@ -7,7 +7,8 @@
 #include "server/front/task_resources.h"
 #include "server/http/negotiate.h"
 #include "server/mapping/format_mapping.h"
-#include "server/routes/routes_views.h"
+#include "server/routes/route_query.h"
+#include "server/routes/router.h"
 #include "server/views/live.h"
 
 /* A GET on its way: the exchange owns it. */
@@ -16,7 +17,7 @@ struct image_get {
     struct http_exchange *exchange;
     char id[VIEW_ID_BYTES];
     struct view_picture picture;
-    char tag[IMAGE_TAG_BYTES]; /* as it is told */
+    char tag[IMAGE_TAG_BYTES]; /* as it is sent */
 };
 
 static void image_get_destroy(void *data)

@@ -8,7 +8,8 @@
 #include "server/base/ipc.h"
 #include "server/front/task_resources.h"
 #include "server/mapping/questions.h"
-#include "server/routes/routes_views.h"
+#include "server/routes/route_query.h"
+#include "server/routes/router.h"
 
 /* A GET on its way: the exchange owns it. */
 struct pick_get {

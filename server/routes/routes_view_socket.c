@@ -27,7 +27,7 @@ struct view_socket {
     char view[VIEW_ID_BYTES];
     int credit;
     bool has_said_hello;
-    uint64_t revision;                /* the last that was told */
+    uint64_t revision;                /* the last that was sent */
     struct seen_camera cameras[SEQS]; /* a ring */
     size_t camera_count;
 };
@@ -98,12 +98,13 @@ static void send_frame(struct view_socket *session, const struct live_frame *fra
 {
     const struct view_image *image = frame->image;
     json_t *header = json_pack(
-        "{s:s,s:I,s:o,s:b,s:f,s:i,s:i,s:s,s:s,s:I,s:{s:o,s:o,s:o}}", "type", "frame", "revision",
-        (json_int_t)frame->revision, "seq", shown_seq(session, frame->revision), "exact",
-        frame->is_exact, "scale", frame->scale, "width", image->width_px, "height",
-        image->height_px, "format", image_format_media_type(image->format), "frame", image->frame,
-        "bytes", (json_int_t)image->size_bytes, "timings_ms", "queue", rounded_ms(image->queue_ms),
-        "render", rounded_ms(image->cost_ms), "total", rounded_ms(image->total_ms));
+        "{s:s,s:I,s:o,s:b,s:b,s:f,s:i,s:i,s:s,s:s,s:I,s:{s:o,s:o,s:o}}", "type", "frame",
+        "revision", (json_int_t)frame->revision, "seq", shown_seq(session, frame->revision),
+        "exact", frame->is_exact, "refined", frame->is_refined, "scale", frame->scale, "width",
+        image->width_px, "height", image->height_px, "format",
+        image_format_media_type(image->format), "frame", image->frame, "bytes",
+        (json_int_t)image->size_bytes, "timings_ms", "queue", rounded_ms(image->queue_ms), "render",
+        rounded_ms(image->cost_ms), "total", rounded_ms(image->total_ms));
     const size_t flags = JSON_COMPACT | JSON_REAL_PRECISION(15);
     size_t length = header ? json_dumpb(header, NULL, 0, flags) : 0;
     size_t size_bytes = 4 + length + image->size_bytes;

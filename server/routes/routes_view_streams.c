@@ -105,9 +105,11 @@ static void put_frame(struct stream_get *get, struct live_frame *frame)
 {
     append(get,
            "Content-Type: %s\r\nContent-Length: %zu\r\nX-View-Revision: %llu\r\nX-View-Exact: "
-           "%d\r\nX-View-Scale: %.6g\r\nLink: </v1/frames/%s>; rel=\"describedby\"\r\n\r\n",
+           "%d\r\nX-View-Refined: %d\r\nX-View-Scale: %.6g\r\nLink: </v1/frames/%s>; "
+           "rel=\"describedby\"\r\n\r\n",
            image_format_media_type(frame->image->format), frame->image->size_bytes,
-           (unsigned long long)frame->revision, frame->is_exact, frame->scale, frame->image->frame);
+           (unsigned long long)frame->revision, frame->is_exact, frame->is_refined, frame->scale,
+           frame->image->frame);
     get->image = frame->image;
     get->tail = frame_end;
 }
@@ -151,9 +153,11 @@ static void put_stats(struct stream_get *get, const struct live_frame *frame)
 {
     const struct view_image *image = frame->image;
     append(get,
-           "event: frame\ndata: {\"revision\":%llu,\"exact\":%s,\"scale\":%.6g,\"format\":\"%s\","
+           "event: frame\ndata: "
+           "{\"revision\":%llu,\"exact\":%s,\"refined\":%s,\"scale\":%.6g,\"format\":\"%s\","
            "\"bytes\":%zu,\"stats\":%s}\n\n",
-           (unsigned long long)frame->revision, frame->is_exact ? "true" : "false", frame->scale,
+           (unsigned long long)frame->revision, frame->is_exact ? "true" : "false",
+           frame->is_refined ? "true" : "false", frame->scale,
            image_format_media_type(image->format), image->size_bytes,
            image->stats ? image->stats : "null");
     view_image_release(frame->image);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* /v1/views: make, list, read, patch and forget views. */
-#include "server/routes/routes_views.h"
+#include "server/routes/route_query.h"
+#include "server/routes/router.h"
 
 #include <stdlib.h>
 #include <string.h>

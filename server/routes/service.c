@@ -18,7 +18,7 @@ enum { DRAIN_SLICE_MS = 50, LAST_REPLIES_MS = 2000 };
 static void worker_ready(void *context)
 {
     struct service *service = context;
-    if (!atomic_exchange(&service->has_told_ready, true))
+    if (!atomic_exchange(&service->has_reported_ready, true))
         sd_notify_state("READY=1");
 }
 
@@ -71,6 +71,14 @@ struct service *service_create(const struct config *config, const struct log *lo
                          err);
     if (!service->tradeoffs)
         goto fail;
+    service->jobs = jobs_create(&(struct jobs_desc){.config = config,
+                                                    .log = log,
+                                                    .supervisor = service->supervisor,
+                                                    .resources = &service->resources,
+                                                    .tradeoffs = service->tradeoffs},
+                                err);
+    if (!service->jobs)
+        goto fail;
     service->targets = target_digests_create(err);
     if (!service->targets)
         goto fail;
@@ -115,6 +123,7 @@ static void drain(struct service *service, bool (*must_hurry)(void))
     supervisor_drain(service->supervisor);
     http_server_quiesce(service->http);
     views_stop(service->views); /* streams and sockets end instead of being waited for */
+    jobs_stop(service->jobs);   /* so do those who wait for jobs */
     for (int waited = 0; waited < 1000 * service->config->drain_timeout_s; waited += DRAIN_SLICE_MS)
         if (http_server_wait_idle(service->http, DRAIN_SLICE_MS) || (must_hurry && must_hurry()))
             return;
@@ -129,6 +138,7 @@ void service_destroy(struct service *service, bool (*must_hurry)(void))
     /* From here on nothing waits: both complete every exchange that they hold, and refuse those of
      * connections that are still served. */
     tradeoffs_stop(service->tradeoffs);
+    jobs_stop(service->jobs);
     decode_pool_stop(service->decoders);
     supervisor_stop(service->supervisor);
     websocket_loop_stop(service->sockets);
@@ -139,6 +149,7 @@ void service_destroy(struct service *service, bool (*must_hurry)(void))
     views_destroy(service->views);
     view_images_destroy(service->view_images);
     target_digests_destroy(service->targets);
+    jobs_destroy(service->jobs);
     tradeoffs_destroy(service->tradeoffs);
     supervisor_destroy(service->supervisor);
     decode_pool_destroy(service->decoders);

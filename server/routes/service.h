@@ -19,6 +19,7 @@
 #include "server/front/supervisor.h"
 #include "server/http/http.h"
 #include "server/http/websocket.h"
+#include "server/jobs/jobs.h"
 #include "server/tradeoffs/tradeoffs.h"
 #include "server/views/image_tag.h"
 #include "server/views/views.h"
@@ -32,6 +33,7 @@ struct service {
     struct decode_pool *decoders;
     struct supervisor *supervisor;
     struct tradeoffs *tradeoffs;
+    struct jobs *jobs;
     struct frames *frames;
     struct metrics *metrics;
     struct http_server *http;
@@ -41,7 +43,7 @@ struct service {
     struct websocket_loop *sockets;
     char build_id[BUILD_ID_BYTES];
     struct timespec started;
-    atomic_bool is_draining, has_told_ready;
+    atomic_bool is_draining, has_reported_ready;
     _Atomic(char *) hopeless; /* owned; set once, by the supervisor's thread */
 };
 

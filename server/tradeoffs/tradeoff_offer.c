@@ -15,10 +15,7 @@ static void add_rows(struct choice_rows *rows, const struct tradeoff *document, 
         const struct tradeoff_times *times = is_warm ? &row->warm : &row->cold;
         if (times->count > 0)
             rows->rows[rows->count++] = (struct choice_row){
-                .setting = {(enum shadow_technique)row->setting.shadows,
-                            row->setting.shadow_resolution, row->setting.shadow_taps,
-                            row->setting.samples, row->setting.shadow_compression,
-                            row->setting.shadow_prefilter},
+                .setting = row->setting,
                 .ms = tradeoff_times_max(times),
                 .error = row->rmse,
             };

@@ -341,7 +341,7 @@ static bool is_free(const struct plot *plot, const struct box *box)
     return true;
 }
 
-static void write_short_label(const struct tradeoff_setting *setting, char text[64])
+static void write_short_label(const struct quality_setting *setting, char text[64])
 {
     char lists[32];
     tradeoff_lists_label(setting, lists);

@@ -38,7 +38,7 @@ struct run {
     double frame_ms[TRADEOFF_ROWS_MAX]; /* of each row */
     int timed_rows;                     /* that have had their runs */
     double run_scale; /* what runs took, over what frames measured for the error forecast */
-    struct tradeoff_setting settings[TRADEOFF_ROWS_MAX];
+    struct quality_setting settings[TRADEOFF_ROWS_MAX];
     bool is_open[TRADEOFF_ROWS_MAX];    /* of a setting: neither measured nor skipped */
     double known_ms[TRADEOFF_ROWS_MAX]; /* of a setting: what its frame took; 0: not known */
     int planned;                        /* settings */
@@ -51,7 +51,7 @@ static double elapsed_s(const struct run *run)
     return tradeoffs_clock_s() - run->entry->started_s;
 }
 
-static void set_setting(struct run *run, const struct tradeoff_setting *setting)
+static void set_setting(struct run *run, const struct quality_setting *setting)
 {
     struct request_quality *quality = &run->request.quality;
     quality->shadows = setting->shadows;
@@ -67,8 +67,8 @@ static void set_setting(struct run *run, const struct tradeoff_setting *setting)
 
 static void set_reference(struct run *run)
 {
-    set_setting(run, &(struct tradeoff_setting){.shadows = SHADOWS_RAYTRACED,
-                                                .samples = run->options.reference_samples});
+    set_setting(run, &(struct quality_setting){.shadows = SHADOWS_RAYTRACED,
+                                               .samples = run->options.reference_samples});
     run->request.quality.reference = true;
     run->request.quality.area_samples = 0;
 }
@@ -141,10 +141,10 @@ static bool probe(struct run *run)
 {
     struct step_result result;
     struct tradeoff *document = &run->entry->document;
-    set_setting(run, &(struct tradeoff_setting){.shadows = SHADOWS_RASTER_DEFAULT,
-                                                .shadow_resolution = 256,
-                                                .shadow_taps = 1,
-                                                .samples = 1});
+    set_setting(run, &(struct quality_setting){.shadows = SHADOWS_RASTER_DEFAULT,
+                                               .shadow_resolution = 256,
+                                               .shadow_taps = 1,
+                                               .samples = 1});
     tell(run, TRADEOFF_STAGE_PROBE, 0);
     bool is_good = must_step(run, json_pack("{s:s}", "step", "probe"), &result);
     if (is_good) {
@@ -279,7 +279,7 @@ static bool has_room(const struct run *run, double frame_ms)
 }
 
 /* A setting of the sweep that is missing; what the sweep itself leaves out is no loss. */
-static void skip(struct run *run, const struct tradeoff_setting *setting, const char *because)
+static void skip(struct run *run, const struct quality_setting *setting, const char *because)
 {
     char label[TRADEOFF_LABEL_BYTES];
     tradeoff_setting_label(setting, label);
@@ -296,7 +296,7 @@ static void close_slow(struct run *run, int index, const char *because)
 }
 
 /* Others see the row when its image is stored. */
-static void add_row(struct run *run, const struct tradeoff_setting *setting,
+static void add_row(struct run *run, const struct quality_setting *setting,
                     struct step_result *result)
 {
     struct tradeoff *document = &run->entry->document;
@@ -320,7 +320,7 @@ static void add_row(struct run *run, const struct tradeoff_setting *setting,
  * run ends. */
 static bool measure_error(struct run *run, int index, bool must_keep)
 {
-    const struct tradeoff_setting *setting = &run->settings[index];
+    const struct quality_setting *setting = &run->settings[index];
     struct step_result result;
     char because[96];
     bool keeps = !run->options.drops_images && run->images_bytes < IMAGES_BYTES_MAX;
@@ -385,7 +385,7 @@ static void tell_left_out(struct run *run)
 }
 
 /* Settings whose times are alike: pictures with maps and pictures without are one family here. */
-static enum shadow_family family_of(const struct tradeoff_setting *setting)
+static enum shadow_family family_of(const struct quality_setting *setting)
 {
     enum shadow_family family = shadow_technique_family(setting->shadows);
     return family == SHADOW_FAMILY_NONE ? SHADOW_FAMILY_MAPS : family;
@@ -394,7 +394,7 @@ static enum shadow_family family_of(const struct tradeoff_setting *setting)
 /* Finds the setting's measured frame, else the last one of its technique or kind; -1: none. */
 static int find_known(const struct run *run, int index)
 {
-    const struct tradeoff_setting *setting = &run->settings[index];
+    const struct quality_setting *setting = &run->settings[index];
     int found = -1;
     if (run->known_ms[index] > 0)
         return index;
@@ -418,9 +418,9 @@ static double map_work(int resolution)
 /* The expected time of a setting; 0: nothing is known of its kind. */
 static double expected_ms(const struct run *run, int index)
 {
-    const struct tradeoff_setting *setting = &run->settings[index];
+    const struct quality_setting *setting = &run->settings[index];
     int at = find_known(run, index);
-    const struct tradeoff_setting *known = at >= 0 ? &run->settings[at] : NULL;
+    const struct quality_setting *known = at >= 0 ? &run->settings[at] : NULL;
     double ms = known ? run->known_ms[at] : 0;
     if (family_of(setting) == SHADOW_FAMILY_RAYS)
         return known ? ms * setting->samples / known->samples
@@ -438,7 +438,7 @@ static int find_quickest(const struct run *run)
     int quickest = -1;
     double least_ms = INFINITY;
     for (int i = 0; i < run->planned; i++) {
-        const struct tradeoff_setting *setting = &run->settings[i];
+        const struct quality_setting *setting = &run->settings[i];
         double ms = expected_ms(run, i);
         if (!run->is_open[i])
             continue;

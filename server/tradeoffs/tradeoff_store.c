@@ -54,26 +54,14 @@ static void make_name(char name[64], const char *id, const char *extension)
     snprintf(name, 64, "%.16s.%s", id, extension);
 }
 
-static void digest_of(const char *text, size_t length, char digest_text[DIGEST_TEXT_BYTES])
-{
-    struct digest *digest = digest_create(NULL);
-    digest_text[0] = '\0';
-    if (!digest)
-        return;
-    digest_write(digest, text, length);
-    digest_end(digest, digest_text);
-    digest_destroy(digest);
-}
-
 /* ---- writing ---- */
 
 static bool write_file(struct tradeoff_store *store, const char *name, const char *text,
                        struct error *err)
 {
     char head[DIGEST_TEXT_BYTES + 1];
-    digest_of(text, strlen(text), head);
-    if (!head[0])
-        return error_set(err, ERROR_NO_MEMORY, "trade-off");
+    if (!digest_of(text, strlen(text), head, err))
+        return false;
     head[DIGEST_TEXT_BYTES - 1] = '\n';
     int fd = openat(store->directory_fd, name,
                     O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600);
@@ -155,7 +143,8 @@ static bool parse(const struct ipc_mapping *file, const char *id, struct tradeof
     const char *text = file->bytes;
     if (file->size_bytes <= DIGEST_TEXT_BYTES || file->size_bytes > TRADEOFF_DOCUMENT_BYTES)
         return error_set(err, ERROR_IO, "it has %zu bytes", file->size_bytes);
-    digest_of(text + DIGEST_TEXT_BYTES, file->size_bytes - DIGEST_TEXT_BYTES, expected);
+    if (!digest_of(text + DIGEST_TEXT_BYTES, file->size_bytes - DIGEST_TEXT_BYTES, expected, err))
+        return false;
     if (memcmp(expected, text, DIGEST_TEXT_BYTES - 1) != 0)
         return error_set(err, ERROR_IO, "its digest is not that of its content");
     json_t *json =

@@ -8,7 +8,7 @@
 #include "protocol/quality_defaults.h"
 
 struct swept_setting {
-    struct tradeoff_setting setting;
+    struct quality_setting setting;
     int distance, order; /* steps from the default; order of making, so that sorting is stable */
 };
 
@@ -35,19 +35,20 @@ static int taps_distance(int taps)
     return taps == SHADOW_TAPS_DEFAULT ? 0 : taps == 16 ? 3 : 2;
 }
 
-static void add(struct sweep *sweep, struct tradeoff_setting setting, int distance)
+static void add(struct sweep *sweep, struct quality_setting setting, int distance)
 {
     sweep->items[sweep->count] = (struct swept_setting){setting, distance, sweep->count};
     sweep->count++;
 }
 
-/* Samples of the rasteriser that are open, or the one that was said. */
+/* Samples of the rasteriser that are open, or the one that was said, which may come in rounds. */
 static int raster_samples(const struct sweep_desc *desc, int samples[2])
 {
-    int count = 0;
-    for (int s = 1; s <= desc->max_samples; s *= 4)
-        if (!desc->fixed->samples || desc->fixed->samples == s)
-            samples[count++] = s;
+    int count = 0, said = desc->fixed->samples;
+    for (int s = 1; !said && s <= desc->max_samples; s *= 4)
+        samples[count++] = s;
+    if (said && said <= SAMPLES_RASTER_MAX)
+        samples[count++] = said;
     return count;
 }
 
@@ -68,9 +69,9 @@ static void add_maps(struct sweep *sweep, const struct sweep_desc *desc,
                             (fixed->says_shadow_taps ? 0 : taps_distance(taps)) + (samples[s] == 1);
                 bool can_compress = shadow_technique_has(shadows, SHADOW_HAS_COMPRESSION);
                 add(sweep,
-                    (struct tradeoff_setting){shadows, resolution, taps, samples[s],
-                                              can_compress ? fixed->shadow_compression : 0,
-                                              can_compress ? fixed->shadow_prefilter : 0},
+                    (struct quality_setting){shadows, resolution, taps, samples[s],
+                                             can_compress ? fixed->shadow_compression : 0,
+                                             can_compress ? fixed->shadow_prefilter : 0},
                     distance + steps);
             }
 }
@@ -95,7 +96,7 @@ static void add_approximate(struct sweep *sweep, const struct sweep_desc *desc,
         if (sample_count &&
             (!fixed->says_shadow_resolution || fixed->shadow_resolution == lists[i].resolution))
             add(sweep,
-                (struct tradeoff_setting){
+                (struct quality_setting){
                     shadows, lists[i].resolution,
                     fixed->says_shadow_taps ? fixed->shadow_taps : SHADOW_TAPS_DEFAULT,
                     samples[sample_count - 1], lists[i].compression, lists[i].prefilter},
@@ -108,16 +109,17 @@ static void add_raster(struct sweep *sweep, const struct sweep_desc *desc,
 {
     int samples[2], count = raster_samples(desc, samples);
     for (int s = 0; s < count; s++)
-        add(sweep, (struct tradeoff_setting){.shadows = shadows, .samples = samples[s]},
+        add(sweep, (struct quality_setting){.shadows = shadows, .samples = samples[s]},
             distance + (samples[s] == 1));
 }
 
 static void add_traced(struct sweep *sweep, const struct sweep_desc *desc,
                        enum shadow_technique shadows, int distance)
 {
-    for (int s = 1; s < desc->reference_samples; s *= 4)
-        if (!desc->fixed->samples || desc->fixed->samples == s)
-            add(sweep, (struct tradeoff_setting){.shadows = shadows, .samples = s},
+    int said = desc->fixed->samples;
+    for (int s = 1; s < desc->reference_samples; s *= s == 4 && said == 8 ? 2 : 4)
+        if (!said || said == s)
+            add(sweep, (struct quality_setting){.shadows = shadows, .samples = s},
                 distance + (s > 4 ? 3 : 0));
 }
 
@@ -211,12 +213,12 @@ static int compare_settings(const void *left, const void *right)
 }
 
 int tradeoff_sweep(const struct sweep_desc *desc,
-                   struct tradeoff_setting settings[TRADEOFF_ROWS_MAX], struct tradeoff *tradeoff)
+                   struct quality_setting settings[TRADEOFF_ROWS_MAX], struct tradeoff *tradeoff)
 {
     struct sweep sweep = {.count = 0};
     add_all(&sweep, desc);
     skip_techniques(desc, tradeoff);
-    if (desc->max_samples < 4)
+    if (desc->max_samples < 4 && !desc->fixed->samples)
         tradeoff_skip(tradeoff, "4 samples",
                       "the device cannot antialias transparent lists: 1 sample per pixel");
     qsort(sweep.items, (size_t)sweep.count, sizeof sweep.items[0], compare_settings);

@@ -11,7 +11,7 @@ struct sweep_desc {
     bool has_shadows;                    /* a light casts one on something */
     bool has_transparent_casters;
     bool has_linked_lists; /* which traced shadows do not go with */
-    int max_samples;       /* of the rasteriser, 1 or 4 */
+    int max_samples;       /* of the rasteriser at once, 1 or 4 */
     int reference_samples; /* 16, 64 or 256 */
     int max_settings;
 };
@@ -20,6 +20,6 @@ struct sweep_desc {
  * goes to the skips of `tradeoff`. Order: by how many steps a setting is away from the default one,
  * so that any number of them spans the whole range. */
 int tradeoff_sweep(const struct sweep_desc *desc,
-                   struct tradeoff_setting settings[TRADEOFF_ROWS_MAX], struct tradeoff *tradeoff);
+                   struct quality_setting settings[TRADEOFF_ROWS_MAX], struct tradeoff *tradeoff);
 
 #endif

@@ -31,7 +31,8 @@ static void tell_elapsed(struct tradeoff_entry *entry)
         entry->document.elapsed_s = tradeoffs_clock_s() - entry->started_s;
 }
 
-struct tradeoff_entry *tradeoffs_find(struct tradeoffs *tradeoffs, const char *id)
+/* Called under the mutex. NULL if absent. */
+static struct tradeoff_entry *find(struct tradeoffs *tradeoffs, const char *id)
 {
     for (int i = 0; i < tradeoffs->count; i++)
         if (strcmp(tradeoffs->entries[i]->document.id, id) == 0)
@@ -77,21 +78,14 @@ bool tradeoffs_device_name(struct tradeoffs *tradeoffs, char name[TRADEOFF_DEVIC
 
 bool tradeoff_view_key(const char *text, char key[65], struct error *err)
 {
-    struct digest *digest = text ? digest_create(NULL) : NULL;
-    if (!digest)
-        return error_set(err, ERROR_NO_MEMORY, "trade-off");
-    digest_write(digest, text, strlen(text));
-    digest_end(digest, key);
-    digest_destroy(digest);
-    return true;
+    return text ? digest_of(text, strlen(text), key, err)
+                : error_set(err, ERROR_NO_MEMORY, "trade-off");
 }
 
 static bool key_of_request(const struct render_request *request, char key[65], struct error *err)
 {
-    json_t *members = request_to_tree(request);
-    char *text = members ? request_reference_text(members, &request->quality) : NULL;
+    char *text = request_reference_text_of(request);
     bool is_good = tradeoff_view_key(text, key, err);
-    json_decref(members);
     free(text);
     return is_good;
 }
@@ -207,7 +201,7 @@ struct tradeoff *tradeoffs_get(struct tradeoffs *tradeoffs, const char *id, stru
         return NULL;
     }
     pthread_mutex_lock(&tradeoffs->mutex);
-    struct tradeoff_entry *entry = tradeoffs_find(tradeoffs, id);
+    struct tradeoff_entry *entry = find(tradeoffs, id);
     if (entry) {
         tell_elapsed(entry);
         *copy = entry->document;
@@ -270,7 +264,7 @@ static void save_copy(struct tradeoffs *tradeoffs, const char *id)
 bool tradeoffs_cancel(struct tradeoffs *tradeoffs, const char *id, struct error *err)
 {
     pthread_mutex_lock(&tradeoffs->mutex);
-    struct tradeoff_entry *entry = tradeoffs_find(tradeoffs, id);
+    struct tradeoff_entry *entry = find(tradeoffs, id);
     bool is_waiting = entry && entry->document.state == TRADEOFF_QUEUED;
     if (entry)
         end_entry(tradeoffs, entry);

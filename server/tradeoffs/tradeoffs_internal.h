@@ -35,9 +35,6 @@ bool tradeoff_has_ended(const struct tradeoff *tradeoff);
 
 double tradeoffs_clock_s(void); /* monotonic */
 
-/* Called under the mutex. NULL if absent. */
-struct tradeoff_entry *tradeoffs_find(struct tradeoffs *tradeoffs, const char *id);
-
 /* Measures one entry, from RUNNING to an end, on the thread of the trade-offs. */
 void tradeoff_run(struct tradeoffs *tradeoffs, struct tradeoff_entry *entry);
 

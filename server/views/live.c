@@ -47,7 +47,7 @@ static void forget_frames(struct live *live)
     view_image_release(live->noted.image);
     live->newest.image = live->noted.image = NULL;
     live->tried_revision = 0;
-    live->tried_exact = live->is_over = false;
+    live->tried = live->under = LIVE_NONE;
 }
 
 void live_finish(struct live *live)
@@ -72,6 +72,13 @@ static double next_scale(double scale, double cost_ms, const struct view_stream 
 
 /* ---- making frames ---- */
 
+static void count_frame(struct views_totals *totals, enum live_kind kind)
+{
+    totals->moving_frames += kind == LIVE_MOVING;
+    totals->exact_frames += kind == LIVE_EXACT;
+    totals->refined_frames += kind == LIVE_REFINED;
+}
+
 static void frame_done(void *context, struct view_image *image, enum view_image_source source,
                        const struct error *problem)
 {
@@ -84,9 +91,9 @@ static void frame_done(void *context, struct view_image *image, enum view_image_
     bool is_unwanted = live->is_unwanted && !image;
     if (!is_unwanted) {
         live->tried_revision = live->pending_revision;
-        live->tried_exact = launch->is_exact;
+        live->tried = image || launch->kind == LIVE_MOVING ? launch->kind : LIVE_REFINED;
     }
-    live->pending = PENDING_NONE;
+    live->pending = LIVE_NONE;
     live->progress = (struct job_progress){0};
     live->is_unwanted = false;
     live->shown_ms = now_ms();
@@ -94,15 +101,13 @@ static void frame_done(void *context, struct view_image *image, enum view_image_
         show(&live->newest, &(struct live_frame){.image = image,
                                                  .number = ++live->frame_number,
                                                  .revision = live->pending_revision,
-                                                 .is_exact = launch->is_exact,
+                                                 .is_exact = launch->kind >= LIVE_EXACT,
+                                                 .is_refined = launch->kind == LIVE_REFINED,
                                                  .scale = live->pending_scale});
-        if (launch->is_exact) {
-            views->totals.exact_frames++;
-        } else {
-            views->totals.moving_frames++;
+        count_frame(&views->totals, launch->kind);
+        if (launch->kind == LIVE_MOVING)
             live->scale = next_scale(live->pending_scale, image->cost_ms,
                                      view_document_stream(view->document));
-        }
     } else if (!image && !is_unwanted) {
         live->problem = *problem;
         live->problem_number++;
@@ -124,30 +129,33 @@ static enum image_format image_format_of(enum request_format format)
 }
 
 /* Under the mutex. */
-static struct launch *prepare(struct view *view, bool is_exact)
+static struct launch *prepare(struct view *view, enum live_kind kind)
 {
     const struct view_stream *stream = view_document_stream(view->document);
     struct live *live = &view->live;
     struct error problem = {0};
     struct launch *launch = calloc(1, sizeof *launch);
+    bool is_exact = kind >= LIVE_EXACT;
     enum request_format format = is_exact ? stream->rest_format : stream->format;
     double scale = is_exact ? 1 : fmax(fmin(live->scale, 1), stream->min_scale);
     int percent = format == REQUEST_FORMAT_PNG ? 0 : is_exact ? 100 : stream->quality_percent;
-    if (!launch || !view_describe_frame(view,
-                                        &(struct view_frame_desc){.output = REQUEST_OUTPUT_COLOR,
-                                                                  .format = format,
-                                                                  .quality_percent = percent,
-                                                                  .scale = scale,
-                                                                  .is_moving = !is_exact},
-                                        &launch->picture, &problem)) {
+    if (!launch ||
+        !view_describe_frame(view,
+                             &(struct view_frame_desc){.output = REQUEST_OUTPUT_COLOR,
+                                                       .format = format,
+                                                       .quality_percent = percent,
+                                                       .scale = scale,
+                                                       .is_moving = !is_exact,
+                                                       .is_refined = kind == LIVE_REFINED},
+                             &launch->picture, &problem)) {
         free(launch); /* no memory: the next look tries again */
         return NULL;
     }
     launch->view = view;
-    launch->is_exact = is_exact;
+    launch->kind = kind;
     launch->format = image_format_of(format);
     view->references++;
-    live->pending = is_exact ? PENDING_EXACT : PENDING_MOVING;
+    live->pending = kind;
     live->pending_revision = view->revision;
     live->pending_scale = scale;
     live->progress_ms = now_ms() + PROGRESS_FIRST_MS;
@@ -155,7 +163,8 @@ static struct launch *prepare(struct view *view, bool is_exact)
     return launch;
 }
 
-/* Cancels the pending exact frame, because the view has changed since. Under the mutex. */
+/* Cancels the pending exact or refined frame, because the view has changed since. Under the mutex.
+ */
 static struct launch *cancel_exact(struct view *view)
 {
     struct live *live = &view->live;
@@ -179,6 +188,14 @@ static void cancel(struct launch *launch)
     free(launch);
 }
 
+/* What others see for the first time goes before what is seen once more, and better. */
+static enum render_priority priority_of(enum live_kind kind)
+{
+    return kind == LIVE_MOVING  ? RENDER_INTERACTIVE
+           : kind == LIVE_EXACT ? RENDER_NORMAL
+                                : RENDER_BATCH;
+}
+
 void live_launch(struct launch *launch)
 {
     if (launch->unwanted) {
@@ -193,11 +210,10 @@ void live_launch(struct launch *launch)
                                                  .text = picture->text,
                                                  .tag = picture->tag,
                                                  .format = launch->format,
-                                                 .priority = launch->is_exact ? RENDER_NORMAL
-                                                                              : RENDER_INTERACTIVE,
+                                                 .priority = priority_of(launch->kind),
                                                  .view = launch->view->id,
                                                  .revision = picture->revision,
-                                                 .is_moving = !launch->is_exact,
+                                                 .is_moving = launch->kind == LIVE_MOVING,
                                                  .offer = picture->offer,
                                                  .context = launch,
                                                  .done = frame_done},
@@ -240,10 +256,11 @@ static void look_at_progress(struct view *view, int64_t now_ms, int64_t *until_m
     sooner(until_ms, live->progress_ms);
 }
 
-static bool is_wanted(const struct live *live)
+/* By somebody who has had that frame. */
+static bool is_wanted_after(const struct live *live, uint64_t frame_number)
 {
     for (const struct watcher *watcher = live->watchers; watcher; watcher = watcher->next)
-        if (watcher->is_waiting && !watcher->desc.is_passive)
+        if (watcher->is_waiting && !watcher->desc.is_passive && watcher->seen_frame >= frame_number)
             return true;
     return false;
 }
@@ -251,32 +268,47 @@ static bool is_wanted(const struct live *live)
 void live_note_patch(struct view *view, bool is_over)
 {
     struct live *live = &view->live;
-    bool is_shown = live->tried_exact && live->tried_revision == view->revision;
-    live->is_over = is_over && (is_shown || live->is_over);
+    if (!is_over)
+        live->under = LIVE_NONE;
+    else if (live->tried >= LIVE_EXACT && live->tried_revision == view->revision)
+        live->under = live->tried;
+}
+
+/* Of the first frame after a change. */
+static enum live_kind next_kind(const struct view *view)
+{
+    enum live_kind under = view->live.under;
+    if (under == LIVE_NONE)
+        return LIVE_MOVING;
+    return under == LIVE_REFINED && view_document_refines(view->document) ? LIVE_REFINED
+                                                                          : LIVE_EXACT;
 }
 
 struct launch *live_step(struct view *view, int64_t now_ms, int64_t *until_ms)
 {
     struct live *live = &view->live;
     beat(view, now_ms, until_ms);
-    if (live->pending != PENDING_NONE && live->watcher_count > 0)
+    if (live->pending != LIVE_NONE && live->watcher_count > 0)
         look_at_progress(view, now_ms, until_ms);
-    if (live->pending == PENDING_EXACT && live->pending_revision != view->revision &&
+    if (live->pending >= LIVE_EXACT && live->pending_revision != view->revision &&
         !live->is_unwanted)
         return cancel_exact(view);
-    if (live->active_count == 0 || live->pending != PENDING_NONE || !is_wanted(live))
+    if (live->active_count == 0 || live->pending != LIVE_NONE || !is_wanted_after(live, 0))
         return NULL;
     if (live->tried_revision != view->revision)
-        /* with is_over the picture below stands, and a smaller one would gain nothing */
-        return prepare(view, live->is_over);
-    if (live->tried_exact)
-        return NULL;
+        /* the picture under what has changed stands, and a smaller one would gain nothing */
+        return prepare(view, next_kind(view));
+    if (live->tried >= LIVE_EXACT)
+        return live->tried == LIVE_EXACT && view_document_refines(view->document) &&
+                       is_wanted_after(live, live->frame_number)
+                   ? prepare(view, LIVE_REFINED)
+                   : NULL;
     /* Counted from the last frame, too: a client that moves on as soon as it sees one is not at
      * rest while it waits for it. */
     int64_t since_ms = view->changed_ms > live->shown_ms ? view->changed_ms : live->shown_ms;
     int64_t due_ms = since_ms + view_document_stream(view->document)->rest_ms;
     if (now_ms >= due_ms)
-        return prepare(view, true);
+        return prepare(view, LIVE_EXACT);
     sooner(until_ms, due_ms);
     return NULL;
 }

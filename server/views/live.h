@@ -30,7 +30,8 @@ struct live_frame {
     struct view_image *image; /* held */
     uint64_t number;          /* of the view's frames, from 1 */
     uint64_t revision;
-    bool is_exact;
+    bool is_exact, is_refined; /* the latter is exact, too, with the samples that are wanted at rest
+                                */
     double scale;
 };
 

@@ -9,6 +9,7 @@
 #include <sys/random.h>
 #include <time.h>
 
+#include "protocol/json_write.h"
 #include "protocol/limits.h"
 #include "server/base/clock.h"
 #include "server/http/negotiate.h"
@@ -106,16 +107,12 @@ struct view *views_find(struct views *views, const char *id, struct error *err)
 static json_t *summarise(const struct view *view)
 {
     int width, height;
-    char created[32];
-    struct tm utc;
-    time_t made = (time_t)view->made_unix_s;
-    strftime(created, sizeof created, "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&made, &utc));
     view_document_get_size(view->document, &width, &height);
-    return json_pack("{s:s,s:s,s:I,s:i,s:i,s:i,s:s,s:f,s:i}", "id", view->id, "scene",
+    return json_pack("{s:s,s:s,s:I,s:i,s:i,s:i,s:o,s:f,s:i}", "id", view->id, "scene",
                      view_document_scene(view->document), "revision", (json_int_t)view->revision,
                      "width", width, "height", height, "watchers", view->live.watcher_count,
-                     "created", created, "idle_s", 1e-3 * (double)(now_ms() - view->used_ms),
-                     "expires_s", view->expires_s);
+                     "created", json_time(view->made_unix_s), "idle_s",
+                     1e-3 * (double)(now_ms() - view->used_ms), "expires_s", view->expires_s);
 }
 
 static json_t *summary_or_error(const struct view *view, struct error *err)

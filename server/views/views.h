@@ -30,7 +30,7 @@ struct views_desc { /* all required, borrowed */
 };
 struct views *views_create(const struct views_desc *desc, struct error *err);
 
-/* No view is made or watched any more, and every watcher is told that its view is gone. */
+/* No view is made or watched any more, and every watcher gets a message that its view is gone. */
 void views_stop(struct views *views);
 
 /* After the supervisor, which completes the renders of watched views; without watchers. Accepts
@@ -89,7 +89,7 @@ void view_picture_finish(struct view_picture *picture); /* accepts zeroed */
 
 struct views_totals {
     uint64_t views, watchers, made, patches, expired, refused;
-    uint64_t moving_frames, exact_frames, sent_frames, failed_frames;
+    uint64_t moving_frames, exact_frames, refined_frames, sent_frames, failed_frames;
     uint64_t not_modified;
     uint64_t document_bytes;
 };

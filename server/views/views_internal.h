@@ -17,7 +17,8 @@ struct scene_names {
     struct view_names *names;
 };
 
-enum live_pending { PENDING_NONE, PENDING_MOVING, PENDING_EXACT };
+/* Each better than those before it. */
+enum live_kind { LIVE_NONE, LIVE_MOVING, LIVE_EXACT, LIVE_REFINED };
 
 struct live {
     struct watcher *watchers;
@@ -25,14 +26,15 @@ struct live {
     struct live_frame newest; /* image NULL: none yet */
     struct live_frame noted;  /* of /image, for passive watchers; image NULL: none */
     uint64_t frame_number;
-    enum live_pending pending;
+    enum live_kind pending;
     uint64_t pending_revision, pending_ticket;
     bool is_unwanted; /* the pending frame is cancelled */
     double pending_scale;
-    bool is_over;            /* since the exact frame only what lies over the picture has changed */
+    /* The last frame of a picture over which all changes since then lie; or NONE. */
+    enum live_kind under;
     uint64_t tried_revision; /* of the last frame, whether it failed or not */
-    bool tried_exact;
-    struct error problem; /* of the last frame that failed */
+    enum live_kind tried;    /* REFINED also where one failed: nothing is to follow */
+    struct error problem;    /* of the last frame that failed */
     uint64_t problem_number;
     double scale;                 /* of moving frames */
     struct job_progress progress; /* of the pending frame */
@@ -94,7 +96,7 @@ struct launch {
     struct view *view; /* held */
     struct view_picture picture;
     enum image_format format;
-    bool is_exact;
+    enum live_kind kind;
     uint64_t ticket;
     uint64_t unwanted; /* if not 0, all that this launch does is to cancel that ticket */
 };

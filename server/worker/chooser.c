@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Chooses what a request leaves open, and learns from its frame: for max_error and budget_ms, and
- * for `shadows: auto` where the times of this very view were measured. Where they were not, the
- * planner forecasts them from the evaluated scene (renderer/cost/auto_technique.h). */
+/* Chooses what a request leaves open, and learns from its frame: for max_error and budget_ms; for
+ * `shadows: auto` where the times of this very view were measured; and where they were not, by
+ * forecasts of the evaluated scene (renderer/cost/auto_technique.h). */
 #include "server/worker/chooser.h"
 
 #include <assert.h>
@@ -35,8 +35,8 @@ enum source {
 
 struct candidates {
     struct choice_row rows[CHOICE_ROWS_MAX];
-    double base_ms[CHOICE_ROWS_MAX]; /* of the rows before what was learned; 0: of none that was
-                                        there */
+    /* of the rows before what was learned; 0: of none that was there */
+    double base_ms[CHOICE_ROWS_MAX];
     size_t count;
 };
 
@@ -72,16 +72,17 @@ static void estimate(struct choosing *choosing, const struct render_request *req
             candidates->rows[i].ms *= crowding;
 }
 
-static struct experience_frame experience_of(const struct render_request *request,
-                                             const struct choice_row *row, enum source source,
-                                             bool is_warm, double base_ms)
+static struct time_estimator_frame time_estimator_of(const struct render_request *request,
+                                                     const struct choice_row *row,
+                                                     enum source source, bool is_warm,
+                                                     double base_ms)
 {
-    return (struct experience_frame){.scene = request->scene,
-                                     .setting = row->setting,
-                                     .is_warm = is_warm,
-                                     .base_ms = base_ms,
-                                     .is_measured = source == SOURCE_VIEW,
-                                     .bytes = row->bytes};
+    return (struct time_estimator_frame){.scene = request->scene,
+                                         .setting = row->setting,
+                                         .is_warm = is_warm,
+                                         .base_ms = base_ms,
+                                         .is_measured = source == SOURCE_VIEW,
+                                         .bytes = row->bytes};
 }
 
 static void find_rows(struct choosing *choosing, const struct render_request *request,
@@ -97,10 +98,10 @@ static void find_rows(struct choosing *choosing, const struct render_request *re
         memcpy(candidates->rows, measured->rows, sizeof candidates->rows);
     for (size_t i = 0; i < candidates->count; i++) { /* what can be promised of the next frame */
         struct choice_row *row = &candidates->rows[i];
-        const struct experience_frame frame =
-            experience_of(request, row, source, choosing->desc->is_warm, row->ms);
+        const struct time_estimator_frame frame =
+            time_estimator_of(request, row, source, choosing->desc->is_warm, row->ms);
         candidates->base_ms[i] = row->ms;
-        row->ms = experience_expect(choosing->desc->experience, &frame);
+        row->ms = time_estimator_expect(choosing->desc->estimator, &frame);
     }
 }
 
@@ -164,7 +165,7 @@ static void explain(const struct quality_target *target, const struct choice *ch
 static void promise_from(const struct quality_target *target, const struct choice *choice,
                          enum source source, bool is_warm, struct frame_promise *promise)
 {
-    const struct choice_setting *setting = &choice->row->setting;
+    const struct quality_setting *setting = &choice->row->setting;
     utf8_copy(promise->chosen.shadows, sizeof promise->chosen.shadows,
               shadow_technique_name((int)setting->shadows));
     promise->chosen.shadow_resolution = setting->shadow_resolution;
@@ -186,7 +187,7 @@ static void promise_from(const struct quality_target *target, const struct choic
 /* ---- applying ---- */
 
 /* Where exact lists exceed the budget, the error that was asked for is allowed to them, too. */
-static void apply_lists(struct request_quality *quality, const struct choice_setting *setting)
+static void apply_lists(struct request_quality *quality, const struct quality_setting *setting)
 {
     bool has_lists = shadow_technique_has(setting->shadows, SHADOW_HAS_LISTS);
     double error = quality->max_error > 0 ? quality->max_error : quality->shadow_fallback;
@@ -200,7 +201,7 @@ static void apply_lists(struct request_quality *quality, const struct choice_set
         quality->shadow_fallback = fmin(error, LIMIT_COMPRESSION_MOST);
 }
 
-static void apply(struct request_quality *quality, const struct choice_setting *setting)
+static void apply(struct request_quality *quality, const struct quality_setting *setting)
 {
     apply_lists(quality, setting);
     quality->shadows = setting->shadows;
@@ -217,7 +218,7 @@ static void apply(struct request_quality *quality, const struct choice_setting *
 
 static const double SAME_ERROR = 1.1; /* a tenth more is seen by nobody */
 
-static bool has_default_lists(const struct choice_setting *setting)
+static bool has_default_lists(const struct quality_setting *setting)
 {
     return setting->shadow_compression <= 0 && setting->shadow_prefilter <= 1;
 }
@@ -230,7 +231,7 @@ static const struct choice_row *find_row(const struct choice_rows *measured,
 {
     int samples = quality_or(quality->samples, SAMPLES_DEFAULT);
     for (size_t i = 0; i < measured->count; i++) {
-        const struct choice_setting *setting = &measured->rows[i].setting;
+        const struct quality_setting *setting = &measured->rows[i].setting;
         bool has_maps = shadow_technique_has(setting->shadows, SHADOW_HAS_MAP);
         if (setting->samples == samples && choice_candidate_of(setting->shadows) == candidate &&
             (!has_maps || (setting->shadow_resolution == quality->shadow_resolution &&
@@ -258,7 +259,7 @@ static bool is_open(const struct chooser_desc *desc, const struct request_qualit
 }
 
 /* The fastest candidate, where the whole renderers and the rasteriser's default, at least, were
- * measured for exactly this view; else the planner forecasts. */
+ * measured for exactly this view; else forecasts decide. */
 static void choose_measured(const struct choosing *choosing, struct request_quality *quality,
                             struct frame_promise *promise)
 {
@@ -354,34 +355,40 @@ bool chooser_choose(const struct chooser_desc *desc, struct render_request *requ
     return is_good;
 }
 
+bool chooser_choose_technique(struct renderer *renderer, const char *scene, struct view *view,
+                              struct auto_choice *choice, struct error *err)
+{
+    if (view->quality.shadows != SHADOWS_AUTO)
+        return true;
+    if (!renderer_choose(renderer, scene, view, choice, err))
+        return false;
+    view->choice = choice;
+    return true;
+}
+
 bool chooser_digest(const struct render_request *request, char digest[DIGEST_TEXT_BYTES],
                     struct error *err)
 {
     char *text = render_request_to_json(request);
-    struct digest *made = text ? digest_create(err) : NULL;
-    if (made) {
-        digest_write(made, text, strlen(text));
-        digest_end(made, digest);
-    }
-    bool is_good = made || error_set(err, ERROR_NO_MEMORY, "request");
-    digest_destroy(made);
+    bool is_good = text ? digest_of(text, strlen(text), digest, err)
+                        : error_set(err, ERROR_NO_MEMORY, "request");
     free(text);
     return is_good;
 }
 
 /* ---- learning ---- */
 
-struct experience *chooser_open_experience(const struct renderer_info *info, const char *path,
-                                           struct error *err)
+struct time_estimator *chooser_open_estimator(const struct renderer_info *info, const char *path,
+                                              struct error *err)
 {
     char key[KEY_BYTES], build[BUILD_ID_BYTES];
-    struct experience *experience = experience_create(err);
+    struct time_estimator *estimator = time_estimator_create(err);
     build_id_get(build);
     snprintf(key, sizeof key, "%s, %s, %ld processors, %s", info->renderer, info->version,
              sysconf(_SC_NPROCESSORS_ONLN), build);
-    if (experience && path)
-        experience_keep(experience, path, key);
-    return experience;
+    if (estimator && path)
+        time_estimator_keep(estimator, path, key);
+    return estimator;
 }
 
 /* Only what lies over its picture was drawn: what was expected and taken is of something else. */
@@ -393,7 +400,7 @@ static bool is_over_kept(const struct frame_stats *stats)
     return false;
 }
 
-void chooser_judge(struct experience *experience, const struct frame_promise *promise,
+void chooser_judge(struct time_estimator *estimator, const struct frame_promise *promise,
                    struct frame_stats *stats)
 {
     const struct frame_stats_chosen *chosen = &stats->chosen;
@@ -406,7 +413,7 @@ void chooser_judge(struct experience *experience, const struct frame_promise *pr
     enum shadow_technique shadows = shadow_technique_find(chosen->shadows);
     if (shadows == SHADOWS_COUNT)
         return;
-    const struct experience_frame frame = {
+    const struct time_estimator_frame frame = {
         .scene = stats->scene,
         .setting = {shadows, chosen->shadow_resolution, chosen->shadow_taps, chosen->samples,
                     chosen->shadow_compression, chosen->shadow_prefilter},
@@ -415,6 +422,6 @@ void chooser_judge(struct experience *experience, const struct frame_promise *pr
         .is_measured = promise->is_measured,
         .bytes = promise->bytes,
     };
-    experience_note(experience, &frame, chosen->took_ms,
-                    stats->counts.programs_built || stats->counts.programs_loaded);
+    time_estimator_note(estimator, &frame, chosen->took_ms,
+                        stats->counts.programs_built || stats->counts.programs_loaded);
 }

@@ -18,7 +18,7 @@ MUST_CHECK bool device_speed_recall(struct device_speed *speed,
                                     const struct device_speed_desc *desc,
                                     char note[CAPABILITIES_TEXT_BYTES]);
 
-/* Measures and writes it. A failure to write is told in `note` alone. */
+/* Measures and writes it. A failure to write is reported in `note` alone. */
 MUST_CHECK bool device_speed_measure(struct device_speed *speed,
                                      const struct device_speed_desc *desc,
                                      char note[CAPABILITIES_TEXT_BYTES], struct error *err);

@@ -24,10 +24,9 @@ struct encode_task {
     struct frame frame;
     struct frame_stats stats; /* all but encode, queue, total, id */
     struct metering metering;
-    struct frame_promise promise;  /* what was chosen, and is told in the stats */
-    char drawn[DIGEST_TEXT_BYTES]; /* of the canonical request with what was chosen for a target;
-                                      else
-                                      "" */
+    struct frame_promise promise; /* what was chosen, as the stats report it */
+    /* Of the canonical request with what was chosen for a target; else "". */
+    char drawn[DIGEST_TEXT_BYTES];
     enum image_format format;
     void *bytes; /* the encoded image */
     size_t size_bytes;

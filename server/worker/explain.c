@@ -11,8 +11,10 @@
 #include "server/mapping/format_mapping.h"
 #include "server/mapping/plan_mapping.h"
 #include "server/mapping/view_mapping.h"
+#include "server/worker/chooser.h"
 
 struct explanation {
+    struct auto_choice choice;
     struct plan plan;
     struct program_list list;               /* finished by explain_frame */
     struct plan_document_program *programs; /* owned */
@@ -27,7 +29,8 @@ static bool make_plan(const struct explain_desc *desc, struct explanation *made,
     if (!view_from_request(desc->request, &storage, &view, err))
         return false;
     view.screen = view_screen_from_request(desc->request, image_format_from_request(desc->request));
-    bool is_good = renderer_explain(desc->renderer, scene, &view, &made->plan, err) &&
+    bool is_good = chooser_choose_technique(desc->renderer, scene, &view, &made->choice, err) &&
+                   renderer_explain(desc->renderer, scene, &view, &made->plan, err) &&
                    renderer_list_programs(desc->renderer, scene, &view, &made->list, err);
     view_storage_finish(&storage);
     if (is_good)

@@ -32,7 +32,7 @@ static enum runner_up_outcome time_picture(const struct ipc_message *message,
     struct render_request request = {0};
     struct view_storage storage = {0};
     struct view view;
-    struct error ignored = {0}; /* whoever asked for the picture was told */
+    struct error ignored = {0}; /* reported to whoever asked for the picture */
     const struct runner_up_desc by = {.shall_stop = desc->shall_stop, .context = desc->context};
     enum runner_up_outcome outcome = RUNNER_UP_NONE;
     if (ipc_mapping_init(&text, message->fds[0], &ignored) &&

@@ -11,7 +11,8 @@
 
 struct mapped_environment {
     struct mapped_environment *next;
-    struct environment *environment;
+    struct environment *environment; /* borrows the blob */
+    struct ipc_mapping blob;
     char key[65];
     bool is_attached;
 };
@@ -20,6 +21,13 @@ struct mapped_environments {
     struct renderer *renderer;
     struct mapped_environment *first;
 };
+
+static void mapped_destroy(struct mapped_environment *mapped)
+{
+    environment_destroy(mapped->environment);
+    ipc_mapping_finish(&mapped->blob);
+    free(mapped);
+}
 
 static void released(void *context)
 {
@@ -46,8 +54,7 @@ void mapped_environments_sweep(struct mapped_environments *environments)
             continue;
         }
         *at = mapped->next;
-        environment_destroy(mapped->environment);
-        free(mapped);
+        mapped_destroy(mapped);
     }
 }
 
@@ -59,31 +66,17 @@ void mapped_environments_destroy(struct mapped_environments *environments)
         if (mapped->is_attached)
             renderer_detach_environment(environments->renderer, mapped->key);
         environments->first = mapped->next;
-        environment_destroy(mapped->environment);
-        free(mapped);
+        mapped_destroy(mapped);
     }
     free(environments);
-}
-
-/* The blob is read once: the map has a copy, and what is derived from it. */
-static struct environment *make(const char *key, int blob_fd, struct error *err)
-{
-    if (!request_environment_is_uploaded(key))
-        return environment_create_studio(err);
-    struct ipc_mapping blob = {0};
-    struct environment_desc desc;
-    struct environment *environment = NULL;
-    if (ipc_mapping_init(&blob, blob_fd, err) &&
-        environment_blob_open(blob.bytes, blob.size_bytes, &desc, err))
-        environment = environment_create(&desc, err);
-    ipc_mapping_finish(&blob);
-    return environment;
 }
 
 bool mapped_environments_attach(struct mapped_environments *environments, const char *key,
                                 int blob_fd, struct error *err)
 {
     struct renderer_environment_desc desc = {.key = key, .release = released};
+    if (!request_environment_is_uploaded(key))
+        return true;
     if (renderer_has_environment(environments->renderer, key)) {
         desc.release = NULL; /* there already: it only becomes the most recently used */
         return renderer_attach_environment(environments->renderer, &desc, err);
@@ -91,9 +84,11 @@ bool mapped_environments_attach(struct mapped_environments *environments, const 
     struct mapped_environment *mapped = calloc(1, sizeof *mapped);
     if (!mapped)
         return error_set(err, ERROR_NO_MEMORY, "environment map");
-    mapped->environment = make(key, blob_fd, err);
+    if (ipc_mapping_init(&mapped->blob, blob_fd, err))
+        mapped->environment =
+            environment_blob_open(mapped->blob.bytes, mapped->blob.size_bytes, err);
     if (!mapped->environment) {
-        free(mapped);
+        mapped_destroy(mapped);
         return error_wrap(err, "environment map '%.64s'", key);
     }
     memcpy(mapped->key, key, strnlen(key, sizeof mapped->key - 1));
@@ -107,7 +102,8 @@ bool mapped_environments_attach(struct mapped_environments *environments, const 
 
 bool mapped_environments_has(const struct mapped_environments *environments, const char *key)
 {
-    return renderer_has_environment(environments->renderer, key);
+    return !request_environment_is_uploaded(key) ||
+           renderer_has_environment(environments->renderer, key);
 }
 
 void mapped_environments_forget(struct mapped_environments *environments, const char *key)

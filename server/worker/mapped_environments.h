@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The worker's environment maps: made from their blobs, or built in, and attached to the renderer,
- * which lets the least recently used go. Thread: GL. */
+/* The worker's environment maps: made from their blobs and attached to the renderer, which lets the
+ * least recently used go. Thread: GL. */
 #ifndef VITRAIL_SERVER_WORKER_MAPPED_ENVIRONMENTS_H
 #define VITRAIL_SERVER_WORKER_MAPPED_ENVIRONMENTS_H
 
@@ -15,16 +15,13 @@ struct mapped_environments *mapped_environments_create(struct renderer *renderer
 void mapped_environments_destroy(struct mapped_environments *environments);
 
 /* Makes the map ready. key: an id, whose blob is read if the map is not there yet, or the name of
- * one that is built in, then blob_fd is not used. */
+ * one that is built into the renderer, then there is nothing to do. */
 MUST_CHECK bool mapped_environments_attach(struct mapped_environments *environments,
                                            const char *key, int blob_fd, struct error *err);
 /* Whether attaching it again would be free. */
 bool mapped_environments_has(const struct mapped_environments *environments, const char *key);
-void mapped_environments_forget(struct mapped_environments *environments,
-                                const char *key); /* no-op
-                                                     when
-                                                     absent
-                                                   */
+/* Does nothing where it is absent. */
+void mapped_environments_forget(struct mapped_environments *environments, const char *key);
 /* Frees maps that the renderer let go. Not while a frame is paused, which may show one of them. */
 void mapped_environments_sweep(struct mapped_environments *environments);
 

@@ -15,10 +15,10 @@
 #include "renderer/renderer.h"
 
 struct measure_desc {
-    struct renderer *renderer;            /* required */
-    const struct render_request *request; /* required; its quality is the setting. The scene is
-                                             attached */
-    const json_t *step;                   /* required, below */
+    struct renderer *renderer; /* required */
+    /* Required; its quality is the setting. The scene is attached. */
+    const struct render_request *request;
+    const json_t *step; /* required, below */
     int reference_fd; /* -1 in a probe; else a file of width * height * 4 floats, rows from the top:
                          linear radiance with associated alpha */
 };

@@ -7,6 +7,7 @@
 
 #include "server/mapping/questions.h"
 #include "server/mapping/view_mapping.h"
+#include "server/worker/chooser.h"
 
 enum {
     /* Small pictures have the shape of the default size, and so the same lights and casters. */
@@ -93,10 +94,14 @@ static bool choose(const struct warming *warming, const struct view *view,
                    enum shadow_technique *technique, struct error *err)
 {
     const struct warm_up_step_desc *desc = warming->desc;
+    const char *scene = desc->request->scene;
+    struct auto_choice choice;
+    struct view chosen = *view;
     struct plan *plan = calloc(1, sizeof *plan);
     if (!plan)
         return error_set(err, ERROR_NO_MEMORY, "plan");
-    bool is_good = renderer_explain(desc->renderer, desc->request->scene, view, plan, err);
+    bool is_good = chooser_choose_technique(desc->renderer, scene, &chosen, &choice, err) &&
+                   renderer_explain(desc->renderer, scene, &chosen, plan, err);
     *technique = technique_of(plan);
     free(plan);
     return is_good;

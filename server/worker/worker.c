@@ -42,6 +42,7 @@ enum {
 struct submitted_view {
     struct view view;
     struct view_storage storage;
+    struct auto_choice choice;
 };
 
 struct worker {
@@ -49,7 +50,7 @@ struct worker {
     struct inbox *inbox;
     struct yield_point yield;
     struct frame_progress progress;
-    uint64_t told;                 /* the frame that progress is of */
+    uint64_t reported;             /* the frame that progress is of */
     atomic_int_least64_t tell_us;  /* when the next message is due */
     bool is_paused, is_lost;       /* a frame is preempted; the GL context is lost */
     uint64_t current;              /* the frame that may be paused */
@@ -66,9 +67,9 @@ struct worker {
     struct encoder *encoder;
     struct worker_device device;
     struct idle_timing timing;
-    struct experience *experience; /* of frames that were chosen */
-    struct gl_device_list devices; /* that may not be taken, and why */
-    struct gl_device tried;        /* the last one */
+    struct time_estimator *estimator; /* of frames that were chosen */
+    struct gl_device_list devices;    /* that may not be taken, and why */
+    struct gl_device tried;           /* the last one */
 };
 
 /* Takes the reference. A front that is gone is noticed by the next receive. */
@@ -129,7 +130,7 @@ static void send_totals(struct worker *worker)
                  json_pack("{s:s,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}", "op",
                            "totals", "timed", (json_int_t)worker->timing.timed, "timings_stopped",
                            (json_int_t)worker->timing.stopped, "learned",
-                           (json_int_t)worker_device_keep_lessons(&worker->device),
+                           (json_int_t)worker_device_keep_observations(&worker->device),
                            "programs_built", (json_int_t)worker->info.programs_built,
                            "programs_reused", (json_int_t)worker->info.programs_reused,
                            "programs_loaded", (json_int_t)worker->info.programs_loaded,
@@ -150,7 +151,7 @@ static void pass_on(struct worker *worker, struct encode_task *task)
     frame_stats_from_report(&task->request, &task->frame.report, worker->info.renderer,
                             &task->stats);
     metering_tell(&task->request, task->format, &task->stats);
-    chooser_judge(worker->experience, &task->promise, &task->stats);
+    chooser_judge(worker->estimator, &task->promise, &task->stats);
     send_progress(worker, "rendered", task->id);
     send_totals(worker);
     encoder_submit(worker->encoder, task);
@@ -222,7 +223,7 @@ static bool choose(struct worker *worker, const struct ipc_message *message,
                    struct render_request *request, struct frame_promise *promise, struct error *err)
 {
     return chooser_choose(
-        &(struct chooser_desc){.experience = worker->experience,
+        &(struct chooser_desc){.estimator = worker->estimator,
                                .automatic = &worker->device.automatic,
                                .info = &worker->info,
                                .offer = json_object_get(message->json, "offer"),
@@ -252,7 +253,9 @@ static bool draw(struct worker *worker, struct ipc_message *message, struct enco
         return false;
     view->quality.expects_reuse = json_is_true(json_object_get(message->json, "reuse"));
     view->quality.may_be_coarse = json_is_true(json_object_get(message->json, "coarse"));
-    if (!metering_resolve(worker->renderer, view, task->format, &task->request, &task->metering,
+    if (!chooser_choose_technique(worker->renderer, task->request.scene, view, &submitted->choice,
+                                  err) ||
+        !metering_resolve(worker->renderer, view, task->format, &task->request, &task->metering,
                           err))
         return false;
     view->screen = view_screen_from_request(&task->request, task->format);
@@ -286,7 +289,8 @@ static void tell_progress(void *context, enum frame_stage stage, double share)
         atomic_compare_exchange_strong(&worker->tell_us, &due_us, us + TELL_EVERY_US))
         send_message(worker,
                      json_pack("{s:s,s:I,s:s,s:f}", "op", "progress", "id",
-                               (json_int_t)worker->told, "stage", stages[stage], "share", share),
+                               (json_int_t)worker->reported, "stage", stages[stage], "share",
+                               share),
                      NULL, 0);
 }
 
@@ -296,7 +300,7 @@ static void begin_render(struct worker *worker, const struct ipc_message *messag
     send_progress(worker, "begin", id);
     if (worker->is_paused)
         return;
-    worker->told = id;
+    worker->reported = id;
     atomic_store(&worker->tell_us, now_us() + TELL_FIRST_US);
     renderer_set_progress(worker->renderer, &worker->progress);
     if (!is_urgent(message))
@@ -373,7 +377,7 @@ static json_t *warm_up(struct worker *worker, const struct render_request *reque
                                                               .context = worker},
                                   err);
     if (answer && !json_object_get(answer, "left")) {
-        experience_note_warm(worker->experience, request->scene);
+        time_estimator_note_warm(worker->estimator, request->scene);
         encoder_warm_up(worker->encoder);
     }
     return answer;
@@ -400,9 +404,9 @@ static json_t *answer(struct worker *worker, const struct ipc_message *message,
                       struct render_request *request, int *fd, struct error *err)
 {
     const json_t *question = json_object_get(message->json, "question");
-    struct frame_promise untold;
+    struct frame_promise unused;
     if (json_object_get(question, "explain"))
-        return !choose(worker, message, request, &untold, err)
+        return !choose(worker, message, request, &unused, err)
                    ? NULL
                    : explain_frame(&(struct explain_desc){.renderer = worker->renderer,
                                                           .device = worker->info.renderer,
@@ -437,7 +441,7 @@ static bool serve_question(struct worker *worker, struct ipc_message *message)
         result = answer(worker, message, &request, &fd, &problem);
     render_request_finish(&request);
     send_totals(worker);
-    if (worker->is_lost) /* by one that went before the rest of it, which has told */
+    if (worker->is_lost) /* by one that went before the rest of it, which has reported it */
         json_decref(result);
     else if (result)
         send_message(
@@ -511,9 +515,9 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
         return false;
     worker->forgotten = json_array();
     renderer_get_info(worker->renderer, &worker->info);
-    worker->experience = chooser_open_experience(
+    worker->estimator = chooser_open_estimator(
         &worker->info, json_string_value(json_object_get(settings, "budgets_file")), err);
-    if (!worker->experience)
+    if (!worker->estimator)
         return false;
     if (!worker->forgotten)
         return error_set(err, ERROR_NO_MEMORY, "worker");
@@ -582,7 +586,7 @@ static void rest(struct worker *worker)
 {
     retire(worker);
     renderer_trim(worker->renderer);
-    experience_forget_memory(worker->experience);
+    time_estimator_forget_memory(worker->estimator);
     malloc_trim(0);
     send_totals(worker);
 }
@@ -615,7 +619,7 @@ static void forget(struct worker *worker)
 static bool should_yield(void *context)
 {
     const struct worker *worker = context;
-    if (inbox_is_cancelled(worker->inbox)) /* which is told there, too */
+    if (inbox_is_cancelled(worker->inbox)) /* which reports it there, too */
         return true;
     return inbox_urgent_count(worker->inbox) > 0 &&
            inbox_urgent_arrivals(worker->inbox) != worker->urgent_arrivals &&
@@ -744,7 +748,7 @@ int worker_main(int socket)
     mapped_environments_destroy(worker.files.environments);
     mapped_scenes_destroy(worker.files.scenes);
     worker_device_finish(&worker.device);
-    experience_destroy(worker.experience);
+    time_estimator_destroy(worker.estimator);
     renderer_destroy(worker.renderer);
     json_decref(worker.forgotten);
     pthread_mutex_destroy(&worker.send_mutex);

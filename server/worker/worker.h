@@ -10,8 +10,8 @@
  * in:
  * - configure {device, gpu_budget_bytes, texture_budget_bytes, texture_upload_bytes,
  *   texture_upload_ms, texture_compression, cache_bytes, dump_shaders, program_folder,
- *   program_budget_bytes, auto, speed_file, texture_file, lessons_file, budgets_file, self_test,
- *   proof_file, passed_over}: first, once
+ *   program_budget_bytes, auto, speed_file, texture_file, observations_file, budgets_file,
+ * self_test, proof_file, passed_over}: first, once
  * - render {id, scene, urgent, format, reuse, coarse, parts, offer, forget}, descriptors: the
  * request as JSON (memfd), the scene's blob, those of `parts` in their order. `offer`
  *   (server/mapping/choice_offer.h) is there where something of the request is left open

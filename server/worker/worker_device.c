@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The device's speed and lessons: read or measured at the start, kept after frames. */
+/* The device's speed and observations: read or measured at the start, kept after frames. */
 #include "server/worker/worker_device.h"
 
 #include <stdlib.h>
@@ -7,7 +7,7 @@
 #include "protocol/utf8.h"
 #include "server/base/config.h"
 #include "server/mapping/auto_mapping.h"
-#include "server/mapping/lessons_file.h"
+#include "server/mapping/observations_file.h"
 #include "server/mapping/view_mapping.h"
 #include "server/worker/device_speed.h"
 #include "server/worker/speed_file.h"
@@ -19,17 +19,18 @@ static const char *path_of(const json_t *settings, const char *member)
 }
 
 /* Reads what an earlier start has learned of this device. */
-static void read_lessons(struct worker_device *device)
+static void read_observations(struct worker_device *device)
 {
     char key[SPEED_KEY_BYTES];
     struct learning *learned = malloc(sizeof *learned);
-    utf8_copy(device->lessons_path, sizeof device->lessons_path,
-              path_of(device->settings, "lessons_file"));
+    utf8_copy(device->observations_path, sizeof device->observations_path,
+              path_of(device->settings, "observations_file"));
     speed_file_make_key(device->renderer, key);
-    if (learned && *device->lessons_path && lessons_file_load(learned, device->lessons_path, key))
+    if (learned && *device->observations_path &&
+        observations_file_load(learned, device->observations_path, key))
         renderer_set_learned(device->renderer, learned);
     free(learned);
-    (void)renderer_get_learned(device->renderer, &device->lessons_print);
+    (void)renderer_get_learned(device->renderer, &device->observations_print);
 }
 
 static struct device_speed_desc speed_desc(const struct worker_device *device)
@@ -43,7 +44,7 @@ static void set_auto(struct worker_device *device)
     device->is_pending = false;
     renderer_set_auto(device->renderer, &device->automatic);
     if (device->automatic.policy == AUTO_MEASURED)
-        read_lessons(device);
+        read_observations(device);
 }
 
 void worker_device_measure(struct worker_device *device)
@@ -139,16 +140,16 @@ void worker_device_describe(const struct worker_device *device,
     capabilities->blocks = device->blocks;
 }
 
-uint64_t worker_device_keep_lessons(struct worker_device *device)
+uint64_t worker_device_keep_observations(struct worker_device *device)
 {
     char key[SPEED_KEY_BYTES];
     struct error unsaved = {0};
     uint64_t print;
     const struct learning *learned = renderer_get_learned(device->renderer, &print);
-    if (print == device->lessons_print || !device->lessons_path[0] || !learned)
+    if (print == device->observations_print || !device->observations_path[0] || !learned)
         return print;
-    device->lessons_print = print;
+    device->observations_print = print;
     speed_file_make_key(device->renderer, key);
-    (void)!lessons_file_save(learned, device->lessons_path, key, &unsaved);
+    (void)!observations_file_save(learned, device->observations_path, key, &unsaved);
     return print;
 }

@@ -18,8 +18,8 @@ struct worker_device { /* zeroed = not begun */
     struct auto_settings automatic;
     char auto_note[CAPABILITIES_TEXT_BYTES];
     struct device_blocks blocks;
-    char lessons_path[WORKER_PATH_BYTES]; /* "": they are not kept */
-    uint64_t lessons_print;               /* of those in the file */
+    char observations_path[WORKER_PATH_BYTES]; /* "": they are not kept */
+    uint64_t observations_print;               /* of those in the file */
 };
 
 /* From files of an earlier start, or measured; tells the renderer. In software the speed that
@@ -39,6 +39,6 @@ void worker_device_describe(const struct worker_device *device,
 
 /* Stores what was learned from frames, and returns its print. What cannot be written is learned
  * again at the next start. */
-uint64_t worker_device_keep_lessons(struct worker_device *device);
+uint64_t worker_device_keep_observations(struct worker_device *device);
 
 #endif

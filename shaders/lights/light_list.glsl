@@ -4,7 +4,7 @@
 //   uint light;
 //   while (light_list_next(c, light)) ... with LIGHT_LIST_HAS_GAPS (linked), not of LIGHT_NONE
 //   uint lights = light_list_count(c);
-// and, clustered only, light_list_slice(c, first, count) to walk a part of the list.
+// and, clustered only, light_list_chunk(c, first, count) to walk a part of the list.
 // pixel: window coordinates, row 0 at the bottom; view_z: distance along the view direction [m].
 // The global prefix (directional and unbounded lights) comes first. LIGHT_LIST chooses the
 // technique; light_lists_bind sets the rest.

@@ -26,7 +26,7 @@ light_cursor light_list_first(uvec2 pixel, float view_z)
 }
 
 // Narrows the cursor to `count` entries from the first-th on.
-void light_list_slice(inout light_cursor c, uint first, uint count)
+void light_list_chunk(inout light_cursor c, uint first, uint count)
 {
     c.at = min(first, c.end);
     c.end = c.end - c.at > count ? c.at + count : c.end;

@@ -7,6 +7,8 @@
 // Above these lie the fibres of KHR_materials_sheen, and above all the coat of
 // KHR_materials_clearcoat; KHR_materials_specular changes the dielectric's reflection.
 // n, v, l: unit vectors; roughness is perceptual, alpha = roughness^2.
+// Needs: brdf_input.glsl; where HAS_LOBES, lobes_take_base and lobes_take_cover of it, which bring
+// the parts of brdf_input that are next.
 #include "material/fresnel.glsl"
 const float PI = 3.14159265358979;
 const float MIN_ALPHA = 1e-3; // keeps the lobe of a perfect mirror finite for punctual lights
@@ -36,23 +38,6 @@ float ggx_v(float n_dot_l, float n_dot_v, float alpha)
 #include "material/grain.glsl"
 #endif
 
-struct brdf_input {
-    vec3 normal, view;
-    vec3 base;
-    float metallic, alpha, f0, transmission;
-    vec4 specular; // of the dielectric: tint of f0, weight; where MATERIAL_SPECULAR
-    vec3 sheen;    // colour; where MATERIAL_SHEEN
-    float sheen_roughness;
-    vec3 coat_normal;
-    float coat_alpha; // where MATERIAL_CLEARCOAT
-    float below_sheen, below_coat; // shares of the light of what lies below that come through
-#ifdef HAS_MORE_LOBES
-    vec3 film;  // weight, index of refraction, thickness [nm]; weight 0 without MATERIAL_FILM
-    vec4 translucent; // colour, share; 0 without MATERIAL_TRANSLUCENT
-    vec4 grain; // across the normal, unit; roughness squared along it, 0 without MATERIAL_GRAIN
-#endif
-};
-
 // Distribution times visibility of the base, for a light on the normal's side.
 float brdf_lobe(brdf_input b, vec3 h, vec3 l, float n_dot_l, float n_dot_v)
 {
@@ -64,43 +49,59 @@ float brdf_lobe(brdf_input b, vec3 h, vec3 l, float n_dot_l, float n_dot_v)
     return ggx_d(b.normal, h, b.alpha) * ggx_v(n_dot_l, n_dot_v, b.alpha);
 }
 
+// Reflectances at a cosine, by channel: of the dielectric's interface, and of the metal.
+struct brdf_mirrors {
+    vec3 dielectric, metal;
+};
+
 #ifdef HAS_MORE_LOBES
-// What the film makes of a reflection whose f0 in air is that; weight: of the dielectric's.
-vec3 film_over(brdf_input b, vec3 reflected, vec3 f0, float weight, float cosine)
+// With the film over both. One after the other in a loop where registers are scarce: side by side
+// they would take twice as many.
+void brdf_add_film(brdf_input b, vec4 specular, float cosine, inout brdf_mirrors mirrors)
 {
-    return mix(reflected, weight * film_fresnel(f0, b.film.y, b.film.z, cosine), b.film.x);
+    bool has_metal = MATERIAL_MAY_BE(MATERIAL_KIND_METAL) && b.metallic > 0.0;
+    vec3 f0 = min(b.f0 * specular.rgb, vec3(1.0));
+#ifdef SAMPLES_IN_TURN
+    for (int i = has_metal ? 0 : 1; i < 2; i++) {
+        bool is_metal = i == 0;
+        vec3 film = film_fresnel(is_metal ? b.base : f0, b.film.y, b.film.z, cosine);
+        if (is_metal)
+            mirrors.metal = mix(mirrors.metal, film, b.film.x);
+        else
+            mirrors.dielectric = mix(mirrors.dielectric, specular.w * film, b.film.x);
+    }
+#else
+    vec3 film = specular.w * film_fresnel(f0, b.film.y, b.film.z, cosine);
+    mirrors.dielectric = mix(mirrors.dielectric, film, b.film.x);
+    if (has_metal) {
+        film = film_fresnel(b.base, b.film.y, b.film.z, cosine);
+        mirrors.metal = mix(mirrors.metal, film, b.film.x);
+    }
+#endif
 }
 #endif
 
-// Reflectance of the dielectric's interface by channel, where there are lobes.
-vec3 brdf_interface(brdf_input b, float cosine)
+brdf_mirrors brdf_mirrors_at(brdf_input b, float cosine)
 {
+    brdf_mirrors mirrors;
     vec4 specular = MATERIAL_MAY_BE(MATERIAL_SPECULAR) ? b.specular : vec4(1.0);
-    vec3 reflected = specular_fresnel(b.f0, specular, cosine);
+    mirrors.metal = b.base + (1.0 - b.base) * schlick_weight(cosine);
+    if (MATERIAL_MAY_BE(MATERIAL_SPECULAR | MATERIAL_FILM))
+        mirrors.dielectric = specular_fresnel(b.f0, specular, cosine);
+    else
+        mirrors.dielectric = vec3(dielectric_fresnel(b.f0, cosine));
 #ifdef HAS_MORE_LOBES
     if (MATERIAL_MAY_BE(MATERIAL_FILM) && b.film.x > 0.0)
-        reflected = film_over(b, reflected, min(b.f0 * specular.rgb, vec3(1.0)), specular.w,
-                              cosine);
+        brdf_add_film(b, specular, cosine, mirrors);
 #endif
-    return reflected;
+    return mirrors;
 }
 
-// Diffuse part and lobe of the dielectric. The largest channel of a tinted reflection is what the
+// What the dielectric does not let through. The largest channel of a tinted reflection is what the
 // diffuse part loses.
-vec3 brdf_dielectric(brdf_input b, vec3 diffuse, float lobe, float cosine)
+float brdf_fresnel(brdf_mirrors mirrors)
 {
-    if (!MATERIAL_MAY_BE(MATERIAL_SPECULAR | MATERIAL_FILM))
-        return mix(diffuse, vec3(lobe), dielectric_fresnel(b.f0, cosine));
-    vec3 reflected = brdf_interface(b, cosine);
-    return diffuse * (1.0 - largest_of(reflected)) + lobe * reflected;
-}
-
-// What the dielectric does not let through.
-float brdf_fresnel(brdf_input b, float cosine)
-{
-    if (!MATERIAL_MAY_BE(MATERIAL_SPECULAR | MATERIAL_FILM))
-        return dielectric_fresnel(b.f0, cosine);
-    return largest_of(brdf_interface(b, cosine));
+    return largest_of(mirrors.dielectric);
 }
 
 // Whether light from behind is sent on: through the surface, or diffused by it.
@@ -113,44 +114,53 @@ bool brdf_passes(brdf_input b)
     return passes && b.metallic < 1.0;
 }
 
-// f * cosine of the base for light arriving from direction l.
+// Of light on the normal's side: the diffuse part and the lobe.
+vec3 brdf_reflected(brdf_input b, brdf_mirrors mirrors, float lobe)
+{
+    vec3 diffuse = b.base * ((1.0 - b.transmission) / PI);
+#ifdef HAS_MORE_LOBES
+    if (MATERIAL_MAY_BE(MATERIAL_TRANSLUCENT))
+        diffuse *= 1.0 - b.translucent.w;
+#endif
+    vec3 dielectric = mix(diffuse, vec3(lobe), mirrors.dielectric.x);
+    if (MATERIAL_MAY_BE(MATERIAL_SPECULAR | MATERIAL_FILM))
+        dielectric = diffuse * (1.0 - brdf_fresnel(mirrors)) + lobe * mirrors.dielectric;
+    return mix(dielectric, mirrors.metal * lobe, b.metallic);
+}
+
+// Of light from behind, whose cosine is that: the lobe, and what is diffused.
+vec3 brdf_passed(brdf_input b, brdf_mirrors mirrors, float lobe, float cosine)
+{
+    float fresnel = brdf_fresnel(mirrors);
+    vec3 passed =
+        b.base * (b.transmission * (1.0 - fresnel) * (1.0 - b.metallic) * lobe * cosine);
+#ifdef HAS_MORE_LOBES
+    if (MATERIAL_MAY_BE(MATERIAL_TRANSLUCENT))
+        passed += b.translucent.rgb *
+                  (b.translucent.w * (1.0 - b.transmission) * (1.0 - fresnel) *
+                   (1.0 - b.metallic) * cosine / PI);
+#endif
+    return passed;
+}
+
+// f * cosine of the base for light arriving from direction l. Light from behind meets the lobe of
+// reflection, mirrored to the other side of the thin surface (KHR_materials_transmission).
 vec3 brdf_evaluate_base(brdf_input b, vec3 l)
 {
     float n_dot_v = max(dot(b.normal, b.view), 1e-4);
-    float n_dot_l = dot(b.normal, l);
+    float n_dot_l = dot(b.normal, l), cosine = -n_dot_l;
+    bool is_before = n_dot_l > 0.0;
     vec3 result = vec3(0.0);
-    if (n_dot_l > 0.0) {
+    if (is_before || brdf_passes(b)) {
+        if (!is_before)
+            l = normalize(l - 2.0 * n_dot_l * b.normal);
         vec3 h = normalize(l + b.view);
-        float lobe = brdf_lobe(b, h, l, n_dot_l, n_dot_v);
-        float w = schlick_weight(dot(b.view, h));
-        vec3 diffuse = b.base * ((1.0 - b.transmission) / PI);
-#ifdef HAS_MORE_LOBES
-        if (MATERIAL_MAY_BE(MATERIAL_TRANSLUCENT))
-            diffuse *= 1.0 - b.translucent.w;
-#endif
-        vec3 dielectric = brdf_dielectric(b, diffuse, lobe, dot(b.view, h));
-        vec3 metal = b.base + (1.0 - b.base) * w;
-#ifdef HAS_MORE_LOBES
-        if (MATERIAL_MAY_BE(MATERIAL_FILM) && b.film.x > 0.0 && b.metallic > 0.0)
-            metal = film_over(b, metal, b.base, 1.0, dot(b.view, h));
-#endif
-        metal *= lobe;
-        result = mix(dielectric, metal, b.metallic) * n_dot_l;
-    } else if (brdf_passes(b)) {
-        // KHR_materials_transmission: the reflection lobe, mirrored to the other side of the thin
-        // surface
-        vec3 mirrored = normalize(l - 2.0 * n_dot_l * b.normal);
-        vec3 h = normalize(mirrored + b.view);
-        float cosine = -n_dot_l;
-        float lobe = brdf_lobe(b, h, mirrored, max(cosine, 1e-4), n_dot_v);
-        float fresnel = brdf_fresnel(b, dot(b.view, h));
-        result = b.base * (b.transmission * (1.0 - fresnel) * (1.0 - b.metallic) * lobe * cosine);
-#ifdef HAS_MORE_LOBES
-        if (MATERIAL_MAY_BE(MATERIAL_TRANSLUCENT))
-            result += b.translucent.rgb *
-                      (b.translucent.w * (1.0 - b.transmission) * (1.0 - fresnel) *
-                       (1.0 - b.metallic) * cosine / PI);
-#endif
+        float lobe = brdf_lobe(b, h, l, is_before ? n_dot_l : max(cosine, 1e-4), n_dot_v);
+        brdf_mirrors mirrors = brdf_mirrors_at(b, dot(b.view, h));
+        if (is_before)
+            result = brdf_reflected(b, mirrors, lobe) * n_dot_l;
+        else
+            result = brdf_passed(b, mirrors, lobe, cosine);
     }
     return result;
 }
@@ -158,7 +168,12 @@ vec3 brdf_evaluate_base(brdf_input b, vec3 l)
 // f * cosine for light arriving from direction l.
 vec3 brdf_evaluate(brdf_input b, vec3 l)
 {
+#ifdef HAS_LOBES
+    lobes_take_base(b);
+#endif
     vec3 result = brdf_evaluate_base(b, l);
+#ifdef HAS_LOBES
+    lobes_take_cover(b);
     float n_dot_l = dot(b.normal, l);
     if (MATERIAL_MAY_BE(MATERIAL_SHEEN | MATERIAL_CLEARCOAT)) {
         float n_dot_v = max(dot(b.normal, b.view), 1e-4);
@@ -173,6 +188,7 @@ vec3 brdf_evaluate(brdf_input b, vec3 l)
             result += (1.0 - b.below_coat) * ggx_d(b.coat_normal, h, b.coat_alpha) *
                       ggx_v(coat_l, coat_v, b.coat_alpha) * coat_l;
     }
+#endif
     return result;
 }
 

@@ -7,10 +7,10 @@
 // An event's depth is that of its plane at the sample, so that steep planes lose nothing to
 // antialiasing.
 #ifdef HAS_MEDIA
-layout(std430, binding = BIND_FRAGMENT_SURFACE_1) readonly buffer media_s1_buffer {
+layout(std430, binding = BIND_ENTRY_SURFACE_1) readonly buffer media_s1_buffer {
     uvec4 media_surfaces_1[];
 };
-layout(std430, binding = BIND_FRAGMENT_SURFACE_2) readonly buffer media_s2_buffer {
+layout(std430, binding = BIND_ENTRY_SURFACE_2) readonly buffer media_s2_buffer {
     uvec4 media_surfaces_2[];
 };
 #ifdef CUT_PLANES

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Auxiliary outputs of each pixel: AOV_WORDS words, those of an output from AT_<OUTPUT> on; an
 // output that was not asked for has no AT_ and leaves nothing behind (renderer/shading/aov.c).
-// Needs: AOV_WORDS, AT_*, SAMPLES, HAS_TRANSPARENT, IS_ORTHOGRAPHIC, those of media.glsl, and with
+// Needs: AOV_WORDS, AT_*, SAMPLES, HAS_TRANSPARENT, HAS_GROUND (it is among these, and none of the
+// outputs knows it), IS_ORTHOGRAPHIC, those of media.glsl, and with
 // AT_LIGHTS HAS_LIGHTS and those of light_list.glsl.
 // Values are those of the nearest surface at the pixel's first sample, never averaged.
 #include "shared/layout.h"
@@ -19,9 +20,9 @@ uniform vec3 u_world_x, u_world_y, u_world_z; // in view space
 uniform vec2 u_sample_positions[SAMPLES]; // in the pixel, y up
 #ifdef HAS_TRANSPARENT
 layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer count_buffer { uint ends[]; };
-layout(std430, binding = BIND_FRAGMENT_KEYS) readonly buffer key_buffer { uvec4 keys[]; };
-layout(std430, binding = BIND_FRAGMENT_SURFACE_0) readonly buffer s0_buffer { uvec4 surfaces_0[]; };
-layout(std430, binding = BIND_FRAGMENT_SURFACE_1) readonly buffer s1_buffer { uvec4 surfaces_1[]; };
+layout(std430, binding = BIND_ENTRY_KEYS) readonly buffer key_buffer { uvec4 keys[]; };
+layout(std430, binding = BIND_ENTRY_SURFACE_0) readonly buffer s0_buffer { uvec4 surfaces_0[]; };
+layout(std430, binding = BIND_ENTRY_SURFACE_1) readonly buffer s1_buffer { uvec4 surfaces_1[]; };
 uniform uint u_keys_offset;
 #endif
 #if defined AT_LIGHTS && defined HAS_LIGHTS
@@ -31,10 +32,19 @@ uniform uint u_keys_offset;
 #include "material/filter_unpack.glsl"
 #define WALKS 1 // the first sample alone
 #include "material/media.glsl"
-layout(std430, binding = BIND_FRAGMENT_COLORS) readonly buffer color_buffer { vec4 colors[]; };
+layout(std430, binding = BIND_ENTRY_COLORS) readonly buffer color_buffer { vec4 colors[]; };
 #endif
 
 #ifdef HAS_TRANSPARENT
+bool is_ground(uvec4 key)
+{
+#ifdef HAS_GROUND
+    return (materials[surfaces_1[key.z].w].flags & MATERIAL_GROUND) != 0u;
+#else
+    return false;
+#endif
+}
+
 // Whether the entry is a surface that the first sample shows.
 bool is_shown(uvec4 key)
 {
@@ -43,7 +53,7 @@ bool is_shown(uvec4 key)
 #ifdef HAS_MEDIA
     uint flags = materials[s1.w].flags;
     bool is_back = (s1.z & 0x80000000u) == 0u;
-    is_shown = is_shown && (key.w & FRAGMENT_HIDDEN) == 0u &&
+    is_shown = is_shown && (key.w & ENTRY_HIDDEN) == 0u &&
                ((flags & MATERIAL_MEDIUM) == 0u || !is_back ||
                 (flags & MATERIAL_DOUBLE_SIDED) != 0u); // else it is there for its medium only
 #endif
@@ -64,13 +74,13 @@ vec3 transmittance_of_list(ivec2 pixel, uint first, uint end)
 #endif
     for (uint k = first; k < end; k++) {
         uvec4 key = keys[u_keys_offset + k];
-        if ((key.w & 1u) == 0u)
+        if ((key.w & 1u) == 0u || is_ground(key))
             continue;
 #ifdef HAS_MEDIA
         medium_event e = media_event(key.z, uintBitsToFloat(key.x));
         media_meet(0, e);
         media_cross(0, e);
-        if ((key.w & FRAGMENT_HIDDEN) != 0u)
+        if ((key.w & ENTRY_HIDDEN) != 0u)
             continue;
 #endif
         share = share_filter(share, filter_unpack(colors[2u * key.z + 1u].rgb));
@@ -120,7 +130,7 @@ void main()
     end = ends[index];
     for (uint k = first; k < end; k++) {
         uvec4 key = keys[u_keys_offset + k];
-        if (!is_shown(key))
+        if (!is_shown(key) || is_ground(key))
             continue;
         s0 = surfaces_0[key.z];
         s1 = surfaces_1[key.z];
@@ -162,6 +172,11 @@ void main()
     words[at + AT_LIGHTS] = is_hit ? count_lights(uvec2(pixel), view_z) : 0u;
 #endif
 #ifdef AT_LAYERS
-    words[at + AT_LAYERS] = end - first;
+    uint layers = end - first;
+#ifdef HAS_GROUND
+    for (uint k = first; k < end; k++)
+        layers -= is_ground(keys[u_keys_offset + k]) ? 1u : 0u;
+#endif
+    words[at + AT_LAYERS] = layers;
 #endif
 }

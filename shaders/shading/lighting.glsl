@@ -2,10 +2,10 @@
 // Light that a surface sends to the viewer: every listed light through its shadow, the hemisphere,
 // an environment map, emission.
 // The same code serves every set of surfaces (renderer/window/surface_set.h). A set hands its
-// surfaces out as lit_surface: shade_surfaces.comp.glsl asks the set's own fragment for them, and
+// surfaces out as lit_surface: shade_surfaces.comp.glsl asks the set's own source for them, and
 // shade_pixels.comp.glsl is such a set with a program of its own. Needs: light list and shadow
-// defines, LIGHT_KINDS, HAS_LIGHT_RANGES and HAS_AREA_SAMPLES where HAS_LIGHTS, MATERIAL_KINDS of
-// material.glsl.
+// defines, LIGHT_KINDS, HAS_LIGHT_RANGES, HAS_AREA_SAMPLES and HAS_AREA_FORM where HAS_LIGHTS,
+// MATERIAL_KINDS of material.glsl, HAS_GROUND where these have MATERIAL_GROUND.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
@@ -14,11 +14,20 @@
 #ifdef HAS_LOBES
 #include "draw/lobes.glsl"
 #endif
+#include "material/brdf_input.glsl"
+#ifdef HAS_LOBES
+#include "shading/lobe_room.glsl"
+#endif
 #include "material/brdf.glsl"
+#if defined HAS_TRACED_SHADOWS || defined HAS_ENVIRONMENT_VISIBILITY
+#include "shadows/traced_filter.glsl"
+#endif
 #ifdef HAS_LIGHTS
 layout(std430, binding = BIND_LIGHTS) readonly buffer light_buffer { light_record lights[]; };
 #include "lights/light_list.glsl"
 #include "lights/light_area.glsl"
+#include "lights/area_form.glsl"
+#include "shading/area_light.glsl"
 #include "shadows/shadow_traced.glsl"
 #ifdef HAS_SHADOWS
 #include "shadows/shadow_query.glsl"
@@ -38,6 +47,9 @@ uniform vec3 u_sky, u_ground; // nt
 #endif
 #ifdef HAS_ENVIRONMENT_MAP
 #include "shading/environment.glsl"
+#ifdef HAS_ENVIRONMENT_VISIBILITY
+#include "shading/visibility.glsl"
+#endif
 #endif
 #if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
 uniform float u_taps; // per shadow query, for the statistics
@@ -52,8 +64,19 @@ uniform uvec2 u_light_part; // not 0: it is the first; it is the last
 #else
 #define IS_FIRST_PART true
 #endif
-#ifdef HAS_LIGHT_SLICE
-uniform uvec2 u_light_slice; // of the lists, the part that is walked: first entry, count
+#ifndef IS_LAST_PART
+#define IS_LAST_PART true
+#endif
+#ifdef HAS_GROUND
+// What the surface at hand would send on if nothing cast a shadow: the ground plane's filter is the
+// share of it that is left.
+vec3 light_unshadowed = vec3(0.0);
+#define ADD_UNSHADOWED(light) light_unshadowed += light;
+#else
+#define ADD_UNSHADOWED(light)
+#endif
+#ifdef HAS_LIGHT_CHUNK
+uniform uvec2 u_light_chunk; // of the lists, the part that is walked: first entry, count
 #endif
 
 #ifdef HAS_LIGHTS
@@ -103,6 +126,9 @@ float light_normal_offset = 0.0; // [m] from the triangle to where its shadow is
 #endif
 uint light_object = NO_OBJECT;
 #endif
+#ifdef HAS_AREA_FORM
+area_surface light_areas_at = AREA_NO_SURFACE; // likewise
+#endif
 
 #if LIGHT_LIST == LIGHT_LIST_CLUSTERED && !defined HAS_TRACED_SHADOWS && \
     !defined HAS_AREA_SAMPLES
@@ -110,24 +136,54 @@ uint light_object = NO_OBJECT;
 #define HAS_LIGHT_CHOICE
 
 // Whether the light can send anything on: false where it does not arrive, or behind the surface.
-bool light_may_be_sent(light_record r, brdf_input b, vec3 position)
+bool light_may_be_sent(light_record r, uint index, brdf_input b, vec3 position)
 {
     vec3 l;
+#ifdef HAS_LOBES
+    lobes_take_normal(b);
+#endif
     vec3 arriving = light_arriving(r, position, l);
     bool is_seen = brdf_passes(b) || dot(b.normal, l) > 0.0;
+#ifdef HAS_AREA_FORM
+    if (light_is(r, LIGHT_AREA) && !is_seen) { // the centre is not all of it
+        float per_area;
+        area_source s = area_source_of(index, r.position_range.xyz - position, per_area);
+        is_seen = dot(b.normal, s.centre) + abs(dot(b.normal, s.u)) + abs(dot(b.normal, s.v)) > 0.0;
+    }
+#endif
     return is_seen && max(arriving.r, max(arriving.g, arriving.b)) > 0.0;
 }
 #endif
 
+// What the surface sends on of a light that arrives there, by the light that arrives; of an area,
+// by its radiance, which takes the place of arriving.
+vec3 light_reflected(light_record r, uint index, brdf_input b, vec3 position, vec3 l,
+                     inout vec3 arriving)
+{
+#ifdef HAS_AREA_FORM
+    if (light_is(r, LIGHT_AREA)) {
+        float per_area;
+        area_source s = area_source_of(index, r.position_range.xyz - position, per_area);
+        arriving = r.color.rgb * per_area;
+        return area_reflected(light_areas_at, b, s);
+    }
+#endif
+    return brdf_evaluate(b, l);
+}
+
 // What the surface sends on of a light through its shadow.
-vec3 light_sent(light_record r, brdf_input b, vec3 position, vec3 geo_normal)
+vec3 light_sent(light_record r, uint index, brdf_input b, vec3 position, vec3 geo_normal)
 {
     vec3 l, sent = vec3(0.0);
     vec3 arriving = light_arriving(r, position, l);
     if (max(arriving.r, max(arriving.g, arriving.b)) > 0.0) {
-        vec3 reflected = brdf_evaluate(b, l);
+        vec3 reflected = light_reflected(r, index, b, position, l, arriving);
+        ADD_UNSHADOWED(reflected * arriving)
 #ifdef HAS_SHADOWS
         if (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
+#ifdef HAS_LOBES
+            lobes_take_geo_normal(geo_normal);
+#endif
 #ifdef HAS_NORMAL_OFFSET
             vec3 start = position + light_normal_offset * geo_normal;
 #ifdef HAS_MORE_LOBES
@@ -162,7 +218,7 @@ vec3 light_sent(light_record r, brdf_input b, vec3 position, vec3 geo_normal)
 vec3 light_sent_by_area(light_record r, uint index, brdf_input b, vec3 position, uvec2 pixel)
 {
     light_area area = light_area_of(index, pixel);
-    vec3 centre = r.position_range.xyz, sum = vec3(0.0);
+    vec3 centre = r.position_range.xyz, sum = vec3(0.0), unshadowed = vec3(0.0);
     bool is_before = dot(position - centre, r.direction_cone.xyz) > 0.0; // of all its points
     uint count = is_before ? u_area_samples : 0u;
     r.color.rgb /= float(u_area_samples);
@@ -171,6 +227,7 @@ vec3 light_sent_by_area(light_record r, uint index, brdf_input b, vec3 position,
         r.position_range.xyz = centre + light_area_offset(area, i);
         vec3 arriving = light_arriving(r, position, l);
         vec3 sent = brdf_evaluate(b, l) * arriving;
+        unshadowed += sent;
 #ifdef HAS_TRACED_SHADOWS
         bool is_looked_up = r.shadow != NO_SHADOW && any(greaterThan(sent, vec3(0.0)));
         light_lookups += is_looked_up ? 1u : 0u;
@@ -183,6 +240,7 @@ vec3 light_sent_by_area(light_record r, uint index, brdf_input b, vec3 position,
 #ifdef HAS_TRACED_SHADOWS
     traced_step(r.shadow, u_area_samples - count);
 #endif
+    ADD_UNSHADOWED(unshadowed)
     return sum;
 }
 #endif
@@ -199,29 +257,54 @@ vec3 hemisphere_mirrored(brdf_input b, vec3 normal, float roughness)
 #endif
 
 #if defined HAS_ENVIRONMENT || defined HAS_ENVIRONMENT_MAP
-// Light from all around, as means over the lobes of a surface.
-struct ambient_light {
-    vec3 irradiance; // over pi
-    vec3 mirrored;   // of the base
-    vec3 coat;       // of the coat
-};
+#ifdef HAS_ENVIRONMENT_VISIBILITY
+// rays have found what is in the way of the map's light: the texture dims the hemisphere alone
+#define MAP_VISIBILITY(lobe) visibility_of(lobe)
+#define HEMISPHERE_DIMMED(light, occlusion) (light) * (occlusion)
+#define SUM_DIMMED(light, occlusion) light
+#else
+#define MAP_VISIBILITY(lobe) 1.0
+#define HEMISPHERE_DIMMED(light, occlusion) light
+#define SUM_DIMMED(light, occlusion) (light) * (occlusion)
+#endif
 
-ambient_light ambient_around(brdf_input b, float roughness)
+// Light from all around, as a mean over Lambert's lobe: irradiance over pi; lobe: VISIBILITY_*.
+vec3 ambient_irradiance(vec3 normal, float occlusion, uint lobe)
 {
-    ambient_light around = ambient_light(vec3(0.0), vec3(0.0), vec3(0.0));
+    vec3 irradiance = vec3(0.0);
 #ifdef HAS_ENVIRONMENT
-    around.irradiance = mix(u_ground, u_sky, 0.5 + 0.5 * dot(u_world_y, b.normal));
-    around.mirrored = hemisphere_mirrored(b, b.normal, roughness);
-    if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT))
-        around.coat = hemisphere_mirrored(b, b.coat_normal, sqrt(b.coat_alpha));
+    irradiance = mix(u_ground, u_sky, 0.5 + 0.5 * dot(u_world_y, normal));
+    irradiance = HEMISPHERE_DIMMED(irradiance, occlusion);
 #endif
 #ifdef HAS_ENVIRONMENT_MAP
-    around.irradiance += environment_irradiance(b.normal);
-    around.mirrored += environment_mirrored(b.normal, b.view, roughness);
-    if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT))
-        around.coat += environment_mirrored(b.coat_normal, b.view, sqrt(b.coat_alpha));
+    irradiance += MAP_VISIBILITY(lobe) * environment_irradiance(normal);
 #endif
-    return around;
+    return irradiance;
+}
+
+// And over the lobe of a mirror of that roughness.
+vec3 ambient_mirrored(brdf_input b, vec3 normal, float roughness, float occlusion)
+{
+    vec3 mirrored = vec3(0.0);
+#ifdef HAS_ENVIRONMENT
+    mirrored = HEMISPHERE_DIMMED(hemisphere_mirrored(b, normal, roughness), occlusion);
+#endif
+#ifdef HAS_ENVIRONMENT_MAP
+    mirrored += MAP_VISIBILITY(VISIBILITY_MIRRORED) *
+                environment_mirrored(normal, b.view, roughness);
+#endif
+    return mirrored;
+}
+
+// As round as it is rough in the mean.
+float ambient_roughness(brdf_input b, float roughness)
+{
+#ifdef HAS_MORE_LOBES
+    lobes_take_base(b);
+    if (MATERIAL_MAY_BE(MATERIAL_GRAIN) && b.grain.w > 0.0)
+        return sqrt(sqrt(b.grain.w * b.alpha));
+#endif
+    return roughness;
 }
 
 #ifdef HAS_MORE_LOBES
@@ -236,54 +319,95 @@ vec3 film_f0(brdf_input b, vec3 f0, float weight, float cosine)
 }
 #endif
 
-// With fibres, a coat, a film, or another reflection of the dielectric.
-vec3 ambient_lobes(brdf_input b, ambient_light around, vec2 split, float n_dot_v)
+#ifdef HAS_LOBES
+#ifdef HAS_MORE_LOBES
+// f0 of the dielectric and of the metal, with the film over them.
+void ambient_add_film(brdf_input b, float cosine, inout vec3 f0, inout vec3 metal)
 {
+#ifdef SAMPLES_IN_TURN // see brdf_add_film
+    for (int i = b.metallic > 0.0 ? 0 : 1; i < 2; i++) {
+        vec3 film = film_f0(b, i == 0 ? metal : f0, i == 0 ? 1.0 : b.specular.w, cosine);
+        if (i == 0)
+            metal = film;
+        else
+            f0 = film;
+    }
+#else
+    f0 = film_f0(b, f0, b.specular.w, cosine);
+    metal = film_f0(b, metal, 1.0, cosine);
+#endif
+}
+#endif
+
+// With fibres, a coat, a film, or another reflection of the dielectric.
+vec3 ambient_lobes(brdf_input b, float roughness, float occlusion)
+{
+    lobes_take_base(b);
+    float n_dot_v = clamp(dot(b.normal, b.view), 0.0, 1.0);
+    vec4 specular = MATERIAL_MAY_BE(MATERIAL_SPECULAR) ? b.specular : vec4(1.0);
+    b.specular = specular;
     vec3 f0 = b.specular.w * min(b.f0 * b.specular.rgb, vec3(1.0)), metal = b.base;
 #ifdef HAS_MORE_LOBES
-    if (MATERIAL_MAY_BE(MATERIAL_FILM) && b.film.x > 0.0) {
-        f0 = film_f0(b, f0, b.specular.w, n_dot_v);
-        metal = film_f0(b, metal, 1.0, n_dot_v);
-    }
+    if (MATERIAL_MAY_BE(MATERIAL_FILM) && b.film.x > 0.0)
+        ambient_add_film(b, n_dot_v, f0, metal);
 #endif
     float dielectric = (1.0 - b.metallic) * (1.0 - b.transmission) * (1.0 - largest_of(f0));
     f0 = mix(f0, metal, b.metallic);
     float edge = mix(b.specular.w * dielectric_grazing(b.f0), 1.0, b.metallic);
-    vec3 diffused = b.base * around.irradiance;
-#if defined HAS_MORE_LOBES && defined HAS_ENVIRONMENT
+    vec2 split = environment_brdf(roughness, n_dot_v);
+    vec3 mirror = f0 * split.x + edge * split.y;
+    vec3 irradiance = ambient_irradiance(b.normal, occlusion, VISIBILITY_DIFFUSE);
+    vec3 diffused = b.base * irradiance;
+#ifdef HAS_MORE_LOBES
     if (MATERIAL_MAY_BE(MATERIAL_TRANSLUCENT)) {
-        vec3 behind = mix(u_ground, u_sky, 0.5 - 0.5 * dot(u_world_y, b.normal));
+        vec3 behind = ambient_irradiance(-b.normal, occlusion, VISIBILITY_BEHIND);
         diffused = mix(diffused, b.translucent.rgb * behind, b.translucent.w);
     }
-#elif defined HAS_MORE_LOBES
-    diffused *= 1.0 - b.translucent.w; // light of a map from behind is left out
 #endif
     vec3 sent = diffused * dielectric +
-                around.mirrored * (f0 * split.x + edge * split.y);
-    sent *= b.below_sheen;
-    if (MATERIAL_MAY_BE(MATERIAL_SHEEN))
-        sent += b.sheen * sheen_albedo(n_dot_v, b.sheen_roughness) * around.irradiance;
-    sent *= b.below_coat;
-    if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT))
-        sent += (1.0 - b.below_coat) * around.coat;
+                ambient_mirrored(b, b.normal, roughness, occlusion) * mirror;
+    lobes_take_cover(b);
+    if (MATERIAL_MAY_BE(MATERIAL_SHEEN | MATERIAL_CLEARCOAT)) {
+        sent *= b.below_sheen;
+        if (MATERIAL_MAY_BE(MATERIAL_SHEEN))
+            sent += b.sheen * sheen_albedo(n_dot_v, b.sheen_roughness) * irradiance;
+        sent *= b.below_coat;
+        if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT))
+            sent += (1.0 - b.below_coat) *
+                    ambient_mirrored(b, b.coat_normal, sqrt(b.coat_alpha), occlusion);
+    }
     return sent;
 }
+#endif
 
 vec3 ambient_sent(brdf_input b, float roughness, float occlusion)
 {
-#ifdef HAS_MORE_LOBES
-    if (MATERIAL_MAY_BE(MATERIAL_GRAIN) && b.grain.w > 0.0)
-        roughness = sqrt(sqrt(b.grain.w * b.alpha)); // as round as it is rough in the mean
-#endif
-    float n_dot_v = clamp(dot(b.normal, b.view), 0.0, 1.0);
-    ambient_light around = ambient_around(b, roughness);
-    vec2 split = environment_brdf(roughness, n_dot_v);
-    if (MATERIAL_MAY_BE(MATERIAL_LOBES))
-        return ambient_lobes(b, around, split, n_dot_v) * occlusion;
+#ifdef HAS_LOBES
+    vec3 sent = ambient_lobes(b, ambient_roughness(b, roughness), occlusion);
+#else
+    vec2 split = environment_brdf(roughness, clamp(dot(b.normal, b.view), 0.0, 1.0));
     vec3 f0 = mix(vec3(b.f0), b.base, b.metallic);
     vec3 diffuse = b.base * ((1.0 - b.metallic) * (1.0 - b.transmission) * (1.0 - b.f0));
     vec3 mirrored = f0 * split.x + mix(dielectric_grazing(b.f0), 1.0, b.metallic) * split.y;
-    return (diffuse * around.irradiance + around.mirrored * mirrored) * occlusion;
+    vec3 sent = diffuse * ambient_irradiance(b.normal, occlusion, VISIBILITY_DIFFUSE) +
+                ambient_mirrored(b, b.normal, roughness, occlusion) * mirrored;
+#endif
+    return SUM_DIMMED(sent, occlusion);
+}
+#endif
+
+#if defined HAS_GROUND && (defined HAS_ENVIRONMENT || defined HAS_ENVIRONMENT_MAP)
+// Of a dull surface without an interface, whatever is in the way of a map: the sum of ambient_sent.
+vec3 ambient_unshadowed(brdf_input b)
+{
+    vec3 irradiance = vec3(0.0);
+#ifdef HAS_ENVIRONMENT
+    irradiance = mix(u_ground, u_sky, 0.5 + 0.5 * dot(u_world_y, b.normal));
+#endif
+#ifdef HAS_ENVIRONMENT_MAP
+    irradiance += environment_irradiance(b.normal);
+#endif
+    return b.base * irradiance;
 }
 #endif
 
@@ -296,6 +420,9 @@ struct lit_surface {
     uvec2 pixel;        // in the window, y up
     float view_z;       // distance along the view direction [m]
     vec3 before;        // its light of the parts before this one
+#ifdef HAS_GROUND
+    vec3 unshadowed;    // likewise, without shadows
+#endif
 #ifdef HAS_LOBES
     uvec4 lobes; // lobes_pack's; undefined where the material has none
 #endif
@@ -356,8 +483,12 @@ vec3 lighting_evaluate(lit_surface at)
 #ifdef HAS_LOBES
     lighting_add_lobes(b, at, flags);
     s.emissive *= b.below_coat;
+    lobes_leave(b);
 #endif
     vec3 radiance = IS_FIRST_PART ? s.emissive : at.before;
+#ifdef HAS_GROUND
+    light_unshadowed = IS_FIRST_PART ? vec3(0.0) : at.unshadowed;
+#endif
 #ifdef HAS_SHADOWS
     // materials without self shadow ask for the events of other objects only (Lindbeck 2015, "no
     // self shadow")
@@ -366,17 +497,23 @@ vec3 lighting_evaluate(lit_surface at)
     light_object = MATERIAL_IS(flags, MATERIAL_NO_SELF_SHADOW) ? s.node : NO_OBJECT;
 #endif
 #if defined HAS_ENVIRONMENT || defined HAS_ENVIRONMENT_MAP
-    if (IS_FIRST_PART)
-        radiance += ambient_sent(b, s.roughness, s.occlusion);
+    if (IS_FIRST_PART) {
+        vec3 ambient = ambient_sent(b, s.roughness, s.occlusion);
+        radiance += ambient;
+        ADD_UNSHADOWED(ambient_unshadowed(b))
+    }
 #endif
 #ifdef HAS_LIGHTS
+#ifdef HAS_AREA_FORM
+    light_areas_at = area_surface_of(b);
+#endif
 #ifdef HAS_TRACED_SHADOWS
     light_cursor cursor = light_list_at(traced_cluster());
 #else
     light_cursor cursor = light_list_first(at.pixel, at.view_z);
 #endif
-#ifdef HAS_LIGHT_SLICE
-    light_list_slice(cursor, u_light_slice.x, u_light_slice.y);
+#ifdef HAS_LIGHT_CHUNK
+    light_list_chunk(cursor, u_light_chunk.x, u_light_chunk.y);
 #endif
 #ifdef HAS_LIGHT_CHOICE
     // Of up to 32 lights those that matter are found first; then each lane takes its own, one after
@@ -388,13 +525,13 @@ vec3 lighting_evaluate(lit_surface at)
         do {
             uint index;
             if (light_list_next(cursor, index))
-                chosen |= light_may_be_sent(lights[index], b, at.position) ? bit : 0u;
+                chosen |= light_may_be_sent(lights[index], index, b, at.position) ? bit : 0u;
             bit <<= 1;
         } while (bit != 0u && light_list_count(cursor) > 0u);
         do {
             if (chosen != 0u) {
                 uint index = light_list_item(choice, uint(findLSB(chosen)));
-                radiance += light_sent(lights[index], b, at.position, s.geo_normal);
+                radiance += light_sent(lights[index], index, b, at.position, s.geo_normal);
                 chosen &= chosen - 1u;
             }
         } while (chosen != 0u);
@@ -411,9 +548,9 @@ vec3 lighting_evaluate(lit_surface at)
         if (light_is(r, LIGHT_AREA))
             radiance += light_sent_by_area(r, index, b, at.position, at.pixel);
         else
-            radiance += light_sent(r, b, at.position, s.geo_normal);
+            radiance += light_sent(r, index, b, at.position, s.geo_normal);
 #else
-        radiance += light_sent(r, b, at.position, s.geo_normal);
+        radiance += light_sent(r, index, b, at.position, s.geo_normal);
 #endif
     }
 #endif

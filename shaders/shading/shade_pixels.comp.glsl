@@ -7,17 +7,22 @@
 // light is composited where it is, because a pass of its own would write and read the colour of
 // every sample.
 // Needs: SAMPLES (1 or 4), SAMPLES_APART (the second pass), SAMPLES_IN_TURN (below),
-// HAS_BACKDROP (the picture is mapped to the screen; TONE_HAS_CHOICE of image/tone_operators.glsl),
+// HAS_BACKDROP (the picture is mapped to the screen; TONE_HAS_CHOICE of image/tone_operators.glsl,
+// MAPPED_LATER of shading/backdrop.glsl),
 // HAS_ENVIRONMENT_BACKGROUND (of shading/environment.glsl: it is seen where nothing is),
 // IS_ORTHOGRAPHIC, HAS_TRACED_SHADOWS, those of lighting.glsl; LAYERS where there are layers: the
-// fragment of the transparency method (renderer/transparency/method.h), which provides
+// source of the transparency method (renderer/transparency/method.h), which provides
 //   struct pixel_layers: what it knows of a pixel before it follows samples through the layers,
 //   pixel_layers layers_begin(ivec2 pixel),
 //   void layers_composite(ivec2 pixel, int first_sample, pixel_layers layers,
 //                         out vec3 radiance[WALKS], out vec3 through[WALKS]): of each sample from
-//   the first on, the light of its layers, and what they let through of what is behind them,
+//   the first on, the light of its layers, and what they let through of what is behind them, and
+//   where HAS_REFRACTION (renderer/shading/refraction.h) bent_layers beside it,
 // and may use what stands before its inclusion.
 #include "base/wide.glsl"
+#if SAMPLES > 1 && defined SAMPLES_IN_TURN
+#include "window/sample_room.glsl"
+#endif
 #include "shading/lighting.glsl"
 #include "window/view_ray.glsl"
 #ifdef HAS_BACKDROP
@@ -43,9 +48,7 @@ vec4 opaque_color;
 #define SURFACE_WORDS(i) texelFetch(u_surface_0, pixel, i)
 #define OPAQUE_COLOR(i) opaque_color
 #define KEEP_COLOR(i, color) opaque_color = color;
-#elif defined SAMPLES_IN_TURN
-#include "window/sample_room.glsl"
-#else
+#elif !defined SAMPLES_IN_TURN
 vec4 opaque_colors[SAMPLES];
 #define SURFACE_WORDS(i) texelFetch(u_surface_0, pixel, i)
 #define GROUP_NORMAL(i) normal_at(pixel, i, at.s.normal, offset)
@@ -53,6 +56,11 @@ vec4 opaque_colors[SAMPLES];
 #define KEEP_COLOR(i, color) opaque_colors[i] = color;
 uvec4 light_words = uvec4(0u);
 #define LIGHT_WORD(i) light_words[i]
+#endif
+#ifdef HAS_REFRACTION
+layout(rgba32f, binding = 3) writeonly uniform image2DArray u_bent_parts;
+layout(r32ui, binding = 4) writeonly uniform uimage2D u_bent;
+layout(rgba32f, binding = 5) writeonly uniform image2D u_unbent; // the picture without what bends
 #endif
 uniform uvec2 u_size_px;
 #ifndef SAMPLES_APART
@@ -71,10 +79,32 @@ uniform vec4 u_background; // associated alpha; 0 where there is a backdrop
 uniform vec2 u_sample_positions[SAMPLES]; // in the pixel, y up
 #ifdef HAS_TRACED_SHADOWS
 layout(binding = UNIT_TRACED_HEADS) uniform usamplerBuffer u_traced_heads;
-uniform uint u_traced_first; // points of list entries come before
-uint traced_point = 0u;      // of the next surface that is shaded
+uniform uint u_traced_first; // points of layers come before
+#elif defined HAS_ENVIRONMENT_VISIBILITY
+layout(std430, binding = BIND_TRACED_HEADS) readonly buffer head_buffer { uint heads[]; };
+uniform uint u_seen_first; // likewise
+#endif
+#if defined HAS_TRACED_SHADOWS || defined HAS_ENVIRONMENT_VISIBILITY
+uint traced_point = 0u; // of the next surface that is shaded
 #endif
 #include "window/sample_groups.glsl"
+#if defined HAS_ENVIRONMENT_VISIBILITY && !defined HAS_TRACED_SHADOWS && defined SAMPLES_APART
+// Samples apart have no points of their own: that of the group that they were of.
+uint point_of_sample(ivec2 pixel, int i)
+{
+    uint before = 0u;
+    for (uint remaining = (1u << SAMPLES) - 1u; remaining != 0u;) {
+        sample_group g = group_next(pixel, remaining, 0u);
+        remaining &= ~g.members;
+        if ((g.members & 1u << i) != 0u)
+            break;
+        before += g.depth > 0.0 ? 1u : 0u;
+    }
+    return traced_point + before;
+}
+#else
+#define point_of_sample(pixel, i) (traced_point++)
+#endif
 // A walk follows a sample through the pixel's layers. In turn they take a quarter of the registers,
 // and read the layers once each; together they take a quarter of the steps of loops, of which
 // llvmpipe has few (renderer/shading/loop_steps.h).
@@ -153,6 +183,9 @@ vec3 normal_at(ivec2 pixel, int i, vec3 normal, vec2 offset)
 lit_surface load_sample(ivec2 pixel, int i, float depth, vec2 offset)
 {
     lit_surface at;
+#ifdef ROOM
+    room_sample = i;
+#endif
     uvec4 s1 = texelFetch(u_surface_1, pixel, i);
     at.s = surface_unpack(SURFACE_WORDS(i), s1);
 #ifdef SAMPLES_APART
@@ -172,8 +205,14 @@ lit_surface load_sample(ivec2 pixel, int i, float depth, vec2 offset)
 #ifdef HAS_NORMAL_OFFSET
     light_normal_offset = surface_normal_offset(s1) * length(at.position);
 #endif
+#if defined HAS_TRACED_SHADOWS || defined HAS_ENVIRONMENT_VISIBILITY
+    uint point = point_of_sample(pixel, i);
+#endif
 #ifdef HAS_TRACED_SHADOWS
-    traced_begin(traced_point++);
+    traced_begin(point);
+#endif
+#ifdef HAS_ENVIRONMENT_VISIBILITY
+    visibility_begin(point);
 #endif
     at.before = light_before(pixel, i);
     return at;
@@ -228,22 +267,27 @@ uint find_groups(ivec2 pixel, uint apart)
 void shade_opaque(ivec2 pixel, uint apart)
 {
     const uint mask = (1u << SAMPLES) - 1u;
+    uint bare = 0u; // samples that show the background, which is looked at once, behind the loop
     for (uint groups = find_groups(pixel, apart); groups != 0u;) {
         int first = findLSB(groups) / SAMPLES;
         uint members = groups >> SAMPLES * first & mask;
         float depth = GROUP_DEPTH(first); // 0 where that of all members is
-        vec4 shaded;
-        if (depth > 0.0) {
-            shaded = shade_sample(pixel, first, members, depth, group_place(members));
-        } else {
-            shaded = BACKGROUND;
-#ifdef TELLS_LIGHT
-            note_dark(members);
-#endif
-        }
         groups &= ~(mask << SAMPLES * first);
-        for (; members != 0u; members &= members - 1u)
-            KEEP_COLOR(findLSB(members), shaded)
+        if (depth > 0.0) {
+            vec4 shaded = shade_sample(pixel, first, members, depth, group_place(members));
+            for (; members != 0u; members &= members - 1u)
+                KEEP_COLOR(findLSB(members), shaded)
+        } else {
+            bare |= members;
+        }
+    }
+    if (bare != 0u) {
+        vec4 background = BACKGROUND;
+        for (uint left = bare; left != 0u; left &= left - 1u)
+            KEEP_COLOR(findLSB(left), background)
+#ifdef TELLS_LIGHT
+        note_dark(bare);
+#endif
     }
 }
 #else
@@ -304,6 +348,38 @@ bool samples_differ(uint pairs)
 
 #each LAYERS #include "$1"
 
+#ifdef HAS_REFRACTION
+// What refraction.comp.glsl needs of the samples of a pixel.
+struct bent_sum {
+    vec4 plain; // the picture without what bends
+    vec4 share; // what is let through by samples that are bent, and their number
+    uint entry; // 1 + that of the nearest of the first
+};
+
+// Returns whether the sample is bent: what is behind it is not its own.
+bool bent_add(inout bent_sum sum, layers_bent layers, vec3 through, vec4 behind)
+{
+    vec3 t = layers.through;
+    float alpha = 1.0 - (1.0 - behind.a) * (t.r + t.g + t.b) / 3.0;
+    sum.plain += vec4(layers.radiance + t * behind.rgb, alpha);
+    if (layers.entry == NOT_BENT)
+        return false;
+    sum.share += vec4(through, 1.0);
+    sum.entry = sum.entry == 0u ? layers.entry + 1u : sum.entry;
+    return true;
+}
+
+void bent_store(ivec2 pixel, bent_sum sum, vec4 seen)
+{
+    imageStore(u_unbent, pixel, sum.plain / float(SAMPLES));
+    imageStore(u_bent, pixel, uvec4(sum.entry));
+    if (sum.entry != 0u) {
+        imageStore(u_bent_parts, ivec3(pixel, 0), sum.share / float(SAMPLES));
+        imageStore(u_bent_parts, ivec3(pixel, 1), seen / float(SAMPLES));
+    }
+}
+#endif
+
 vec4 composite(ivec2 pixel)
 {
     vec4 sum = vec4(0.0);
@@ -311,6 +387,9 @@ vec4 composite(ivec2 pixel)
     vec4 seen = vec4(0.0); // as map_over_backdrop has it, of all samples
 #endif
 #ifdef LAYERS
+#ifdef HAS_REFRACTION
+    bent_sum bent = bent_sum(vec4(0.0), vec4(0.0), 0u);
+#endif
     pixel_layers layers = layers_begin(pixel);
     for (int sample_ = 0; sample_ < SAMPLES; sample_ += WALKS) {
         vec3 radiance[WALKS], through[WALKS];
@@ -318,6 +397,12 @@ vec4 composite(ivec2 pixel)
         for (int i = 0; i < WALKS; i++) {
             vec3 t = through[i];
             vec4 behind = OPAQUE_COLOR(sample_ + i);
+#ifdef HAS_REFRACTION
+            if (bent_add(bent, bent_layers[i], t, behind)) {
+                sum.rgb += radiance[i];
+                continue;
+            }
+#endif
             float alpha = 1.0 - (1.0 - behind.a) * (t.r + t.g + t.b) / 3.0;
             sum += vec4(radiance[i] + t * behind.rgb, alpha);
 #ifdef HAS_BACKDROP
@@ -333,8 +418,17 @@ vec4 composite(ivec2 pixel)
     seen.a = sum.a;
 #endif
 #endif
+#ifdef HAS_REFRACTION
 #ifdef HAS_BACKDROP
-    return map_over_backdrop(sum.rgb / float(SAMPLES), seen / float(SAMPLES));
+    bent_store(pixel, bent, seen);
+#else
+    bent_store(pixel, bent, vec4(0.0));
+#endif
+    if (bent.entry != 0u) // refraction.comp.glsl completes it
+        return sum / float(SAMPLES);
+#endif
+#ifdef HAS_BACKDROP
+    return map_over_backdrop(pixel, sum.rgb / float(SAMPLES), seen / float(SAMPLES));
 #else
     return sum / float(SAMPLES);
 #endif
@@ -357,6 +451,8 @@ void main()
 #ifdef HAS_TRACED_SHADOWS
     uint head = texelFetch(u_traced_heads, int(pixel.y * int(u_size_px.x) + pixel.x)).x;
     traced_point = u_traced_first + (head >> 3);
+#elif defined HAS_ENVIRONMENT_VISIBILITY
+    traced_point = u_seen_first + (heads[at.y * u_size_px.x + at.x] >> 3);
 #endif
 #ifdef SAMPLES_APART
     bool is_unknown = (apart & APART_UNKNOWN) != 0u;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Lights the surfaces of a set, an invocation each. Opaque samples have a program of their own,
 // shade_pixels.comp.glsl, which says why. Needs: those of lighting.glsl; IS_ORTHOGRAPHIC; SURFACES,
-// the fragment of the set (renderer/window/surface_set.h), which provides
+// the source of the set (renderer/window/surface_set.h), which provides
 //   uint surface_count(): how many there are, as the device knows it,
 //   bool surface_load(uint i, out lit_surface at): the i-th; false: nobody sees it,
 //   void surface_store(uint i, vec3 radiance): keeps its light for compositing and later parts,

@@ -21,16 +21,7 @@ layout(early_fragment_tests) in;
 // Counted in the first pass; in the second, what is left to be written of each list.
 layout(std430, binding = BIND_SHADOW_COUNTS) buffer count_buffer { uint counts[]; };
 layout(binding = UNIT_SHADOW_HEADS) uniform usamplerBuffer u_heads;
-layout(std430, binding = BIND_SHADOW_EVENTS) writeonly buffer event_buffer { vec4 events[]; };
-#ifdef IDS
-layout(std430, binding = BIND_SHADOW_EVENTS_ID) writeonly buffer id_buffer { uint events_id[]; };
-#endif
-
-#ifdef MEDIA
-layout(std430, binding = BIND_SHADOW_MEDIA) writeonly buffer media_buffer {
-    uvec4 events_medium[];
-};
-#endif
+#include "shadows/shadow_events.glsl"
 
 #ifdef AROUND
 uniform uvec2 u_around; // its words of events_medium and events_id

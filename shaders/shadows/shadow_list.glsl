@@ -15,19 +15,13 @@
 #include "base/wide.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = BIND_SHADOW_EVENTS) writeonly buffer event_buffer { vec4 events[]; };
+#ifdef MEDIA
+#include "material/material.glsl"
+#endif
+#include "shadows/shadow_events.glsl"
 #ifndef IDS
 #include "shadows/shadow_key.glsl"
 layout(std430, binding = BIND_SHADOW_KEYS) writeonly buffer key_buffer { uint keys[]; };
-#endif
-#ifdef MEDIA
-#include "material/material.glsl"
-layout(std430, binding = BIND_SHADOW_MEDIA) writeonly buffer media_buffer {
-    uvec4 events_medium[];
-};
-#endif
-#ifdef IDS
-layout(std430, binding = BIND_SHADOW_EVENTS_ID) writeonly buffer id_buffer { uint events_id[]; };
 #endif
 layout(std430, binding = BIND_SCAN) readonly buffer texel_buffer { uint class_texels[]; };
 layout(std430, binding = BIND_DEEP_LISTS) readonly buffer table_buffer { uint list_first[]; };

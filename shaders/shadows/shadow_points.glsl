@@ -23,3 +23,8 @@ uint point_flags(surface s, bool is_lit)
            ((flags & MATERIAL_NO_SELF_SHADOW) != 0u ? (s.node + 1u) << SHADOW_POINT_EXCLUDED_NODE
                                                     : 0u);
 }
+
+uint point_place(uint pixel, surface s)
+{
+    return pixel | uint(clamp(s.roughness, 0.0, 1.0) * 255.0 + 0.5) << SHADOW_POINT_PIXEL_BITS;
+}

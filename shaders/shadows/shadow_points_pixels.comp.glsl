@@ -9,17 +9,18 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "window/sample_groups.glsl"
 layout(std430, binding = BIND_TRACED_HEADS) writeonly buffer head_buffer { uint heads[]; };
 layout(std430, binding = BIND_STATISTICS) buffer counter_buffer { uint point_count; };
-uniform uint u_first_point; // points of entries come before
+uniform uint u_first_point; // points of layers come before
 uniform uint u_room;        // for points of surfaces
 
 void write_point(uint index, uint pixel, vec3 position, float offset_m, uvec4 s0, uvec4 s1)
 {
+    surface s = surface_unpack(s0, s1);
     shadow_point p;
     p.position_offset = vec4(position, offset_m);
     p.geo_normal = s0.y;
     p.normal = s0.x;
-    p.pixel = pixel;
-    p.flags = point_flags(surface_unpack(s0, s1), true);
+    p.pixel_roughness = point_place(pixel, s);
+    p.flags = point_flags(s, true);
     if (index < u_room)
         points[u_first_point + index] = p;
 }

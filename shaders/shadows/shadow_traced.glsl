@@ -28,11 +28,6 @@ void traced_step(uint shadow, uint n)
 
 vec3 traced_transmittance()
 {
-    const int bits = TRACED_FILTER_BITS;
-    uvec2 w = texelFetch(u_traced_filters, int(traced_at.x)).xy;
-    uvec3 m = uvec3(w.x, w.x >> bits | w.y << (32 - bits), w.y >> (2 * bits - 32));
-    uint e = w.y >> (3 * bits - 32);
-    float unit = uintBitsToFloat((128u - uint(bits) - e) << 23); // 2^(1 - e) over 2^bits
-    return vec3(m & ((1u << bits) - 1u)) * unit;
+    return traced_filter(texelFetch(u_traced_filters, int(traced_at.x)).xy);
 }
 #endif

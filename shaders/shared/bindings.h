@@ -15,20 +15,20 @@
 #define UNIFORM_FACE 0 /* struct face_record */
 
 /* storage buffers (at most 16 per stage on the reference device) */
-#define BIND_MATERIALS 1     /* struct material_record[] */
-#define BIND_LIGHTS 2        /* struct light_record[] */
-#define BIND_SHADOWS 3       /* struct shadow_record[]; read through UNIT_SHADOW_RECORDS */
-#define BIND_PIXEL_COUNTS 4  /* transparency: u32 per pixel: end of its list */
-#define BIND_FRAGMENT_KEYS 5 /* transparency: uvec4 per entry: depth, coverage, ... */
-#define BIND_FRAGMENT_SURFACE_0 6
-#define BIND_FRAGMENT_SURFACE_1 7
+#define BIND_MATERIALS 1    /* struct material_record[] */
+#define BIND_LIGHTS 2       /* struct light_record[] */
+#define BIND_SHADOWS 3      /* struct shadow_record[]; read through UNIT_SHADOW_RECORDS */
+#define BIND_PIXEL_COUNTS 4 /* transparency: u32 per pixel: end of its list */
+#define BIND_ENTRY_KEYS 5   /* transparency: uvec4 per entry: depth, coverage, ... */
+#define BIND_ENTRY_SURFACE_0 6
+#define BIND_ENTRY_SURFACE_1 7
 /* two vec4 per entry: radiance; word of filter_word.glsl and coverage */
-#define BIND_FRAGMENT_COLORS 8
+#define BIND_ENTRY_COLORS 8
 /* uvec4: transmission, thickness (of a medium: both hold transmission and slopes of the depth),
  * pixel, depth */
-#define BIND_FRAGMENT_SURFACE_2 9
-#define BIND_FRAGMENT_LOBES 13     /* shaders/draw/lobes.glsl, where materials have any */
-#define BIND_FRAGMENT_MORE_LOBES 0 /* likewise */
+#define BIND_ENTRY_SURFACE_2 9
+#define BIND_ENTRY_LOBES 13     /* shaders/draw/lobes.glsl, where materials have any */
+#define BIND_ENTRY_MORE_LOBES 0 /* likewise */
 
 /* building shadows and lists; numbers above are not in use at that time and may be shared */
 #define BIND_DEEP_LIGHTS 5          /* struct deep_light[] */
@@ -46,6 +46,7 @@
 #define BIND_LIGHT_HEADS 13   /* linked light lists: counter and heads under construction */
 #define BIND_TRACED_POINTS 11 /* points that traced shadows are asked for */
 #define BIND_TRACED_HEADS 12  /* u32 per pixel: its first point << 3 | their number */
+#define BIND_VISIBILITY 11    /* while surfaces are lit: uvec2 per point and lobe */
 #define BIND_STATISTICS 14    /* counters read back by the report */
 #define BIND_PIXEL_LEFT 10    /* u32 per pixel: entries counted, and not yet written */
 #define BIND_SCREEN 10        /* u32: the window as a screen shows it */
@@ -76,7 +77,6 @@
 #define UNIT_TRACED_HEADS 12   /* usamplerBuffer R32UI: as BIND_TRACED_HEADS */
 #define UNIT_TRACED_POINTS 13  /* usamplerBuffer RG32UI: first filter, cluster */
 #define UNIT_TRACED_FILTERS 14 /* usamplerBuffer RG32UI: a light's filter, in 64 bits */
-#define UNIT_LIGHT_AREAS 15    /* samplerBuffer RGBA32F: struct area_record, 2 texels each */
 #define UNIT_SHADOW_NODES 18   /* usamplerBuffer RGBA32UI: linked shadow list nodes */
 #define UNIT_SHADOW_RECORDS 19 /* usamplerBuffer RGBA32UI: struct shadow_record, 6 texels each */
 #define UNIT_LIGHT_RECORDS 20  /* linked light lists: samplerBuffer RGBA32F, 6 texels per light */
@@ -85,6 +85,9 @@
 #define UNIT_ENVIRONMENT_DIFFUSE 24  /* sampler2D: environment_diffuse_map */
 #define UNIT_ENVIRONMENT_SPECULAR 25 /* sampler2D: a level per step of roughness */
 #define UNIT_ENVIRONMENT_RADIANCE 26 /* sampler2D: what is seen of it */
-#define UNIT_LIGHT_FRONT 22          /* linked light lists: sampler2D R32F, depth of front faces */
+#define UNIT_LIGHT_AREAS 27          /* samplerBuffer RGBA32F: struct area_record, 2 texels each */
+#define UNIT_AREA_LOBES 28 /* samplerBuffer RGBA32F: struct area_lobe_record, 2 texels each */
+#define UNIT_REFRACTION_LEVELS 29 /* sampler2D: the picture without what bends light */
+#define UNIT_LIGHT_FRONT 22       /* linked light lists: sampler2D R32F, depth of front faces */
 
 #endif

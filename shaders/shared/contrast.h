@@ -17,7 +17,7 @@
  * (shaders/window/light_word.glsl): so many steps are the ratio (1 + CONTRAST_LEAST) / (1 -
  * CONTRAST_LEAST), 40 octaves in all. */
 #define CONTRAST_STEPS 15
-#define CONTRAST_DARKEST 1e-6           /* light; below, nothing is told apart */
+#define CONTRAST_DARKEST 1e-6           /* light; below, all is one darkness */
 #define CONTRAST_CHANNEL_LEAST 0.015625 /* of the brightest channel; below, colours are not */
 
 /* An entry of the list of pixels to be shaded so: x, y, the samples, and whether a neighbour is in

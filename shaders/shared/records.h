@@ -75,6 +75,14 @@ LAYOUT_SIZE(face_record, 256)
 #define MATERIAL_TRANSLUCENT \
     0x20000u /* diffuses light from behind: KHR_materials_diffuse_transmission */
 
+/* What is seen through it is refracted or scattered; of the item: it is a side of a closed body. */
+#define MATERIAL_BENDS 0x40000u
+#define MATERIAL_SOLID 0x80000u
+/* Lets through what lies behind it, as far as
+ * light arrives on it. */
+#define MATERIAL_GROUND 0x100000u
+#define BEND_ROUGHNESS_LEAST 0.07 /* smoother surfaces count as smooth */
+
 /* Those with the second word of four of lobes.glsl. */
 #define MATERIAL_MORE_LOBES (MATERIAL_FILM | MATERIAL_GRAIN | MATERIAL_TRANSLUCENT)
 #define MATERIAL_LOBES \
@@ -82,9 +90,11 @@ LAYOUT_SIZE(face_record, 256)
 
 #define MATERIAL_KIND_METAL 0x10000u /* of no record: in masks of kinds, see material.glsl */
 
-#define FRAGMENT_HIDDEN                                                          \
+#define ENTRY_HIDDEN                                                             \
     0x80000000u /* of a list key's coverage: the surface of a medium that is cut \
                    away or behind something, there for the medium alone */
+
+#define ENTRY_BENDS 0x40000000u /* likewise: of MATERIAL_BENDS, and seen */
 
 struct material_record {
     vec4 base_color;
@@ -92,8 +102,8 @@ struct material_record {
     vec4 metallic_roughness_normal_occlusion;
     vec4 transmission_f0_thickness; /* x transmission; y f0 of the dielectric; z thickness [m]; w
                                        edge exponent */
-    vec4 attenuation;               /* rgb: extinction sigma [1/m] of the medium; w unused */
-    vec4 edge_color;
+    vec4 attenuation;               /* rgb: extinction sigma [1/m] of the medium; w its index */
+    vec4 edge_color;    /* w: how much lower the index is for red, and higher for blue */
     uint flags;         /* MATERIAL_* */
     uint lobes;         /* of MATERIAL_LOBES: the record with LOBES_... and uv_transforms of slots
                            SLOTS_OF_BASE on; of MATERIAL_MORE_LOBES: the next record has those of
@@ -121,7 +131,7 @@ LAYOUT_SIZE(material_record, 336)
 #define LIGHT_DIRECTIONAL 0u
 #define LIGHT_POINT 1u
 #define LIGHT_SPOT 2u
-#define LIGHT_AREA 3u /* a Lambertian emitter seen from its centre, or from area_samples points */
+#define LIGHT_AREA 3u /* a Lambertian emitter: all of it, or seen from area_samples points */
 #define NO_SHADOW 0xffffffffu
 
 struct light_record {
@@ -138,12 +148,28 @@ LAYOUT(light_record, color, 16)
 LAYOUT(light_record, type, 48)
 LAYOUT_SIZE(light_record, 64)
 
-struct area_record { /* beside each light_record, where points are taken on areas; else zero */
+struct area_record { /* beside each light_record; zero where that is no area */
     vec4 half_u;     /* xyz: from the centre, view space [m]; w 1: the inscribed disk */
-    vec4 half_v;
+    vec4 half_v;     /* likewise; w: 1 over its area [1/m2] */
 };
 LAYOUT(area_record, half_u, 0)
 LAYOUT_SIZE(area_record, 32)
+
+/* The GGX lobe of a roughness and a view, as a linear transform M of the cosine lobe:
+ * M = turn about y by `turn`, counted from the mirrored view * [[a, 0, skew], [0, c, 0], [0, 0,
+ * 1]], with a = along * alpha and c = across * alpha * sqrt(n_dot_v^2 (1 - alpha^2) + alpha^2). Row
+ * i of AREA_LOBE_SIDE has the roughness AREA_LOBE_LEAST + (1 - AREA_LOBE_LEAST) * i /
+ * (AREA_LOBE_SIDE - 1), column k the cosine 1 - (k / (AREA_LOBE_SIDE - 1))^2 of the view. */
+#define AREA_LOBE_SIDE 32
+#define AREA_LOBE_LEAST 0.0316227766 /* the root of MIN_ALPHA */
+struct area_lobe_record {
+    vec4 along_across_skew_turn;
+    vec4 energy_cosines; /* x: of a uniform light from everywhere, the share that is sent on if all
+                            reflect; y: the cosine at which Schlick's weight is its mean over the
+                            lobe; z: likewise over Lambert's lobe; w unused */
+};
+LAYOUT(area_lobe_record, energy_cosines, 16)
+LAYOUT_SIZE(area_lobe_record, 32)
 
 #define SHADOW_ONE_FACE 0u /* perspective along the light's axis */
 #define SHADOW_CUBE 1u     /* six perspective faces, +X -X +Y -Y +Z -Z */
@@ -198,8 +224,9 @@ LAYOUT(deep_light, event_base, 48)
 LAYOUT(deep_light, longest_room, 64)
 LAYOUT_SIZE(deep_light, 80)
 
-#define SHADOW_POINT_UNLIT 1u     /* no light is asked for it */
-#define SHADOW_POINT_TRANSMITS 2u /* light from behind counts, too */
+#define SHADOW_POINT_PIXEL_BITS 24 /* windows have at most 2^21 pixels */
+#define SHADOW_POINT_UNLIT 1u      /* no light is asked for it */
+#define SHADOW_POINT_TRANSMITS 2u  /* light from behind counts, too */
 #define SHADOW_POINT_EXCLUDED_NODE \
     2 /* shift: a node, and one, that casts no shadow here; 0: none */
 
@@ -207,13 +234,20 @@ struct shadow_point { /* one surface of a pixel, or one entry of its list, that 
     vec4 position_offset; /* xyz view space [m]; w how far its surface may lie above it [m] */
     uint geo_normal;      /* of the triangle and for shading: pack.glsl, on the viewer's side */
     uint normal;
-    uint pixel; /* row * width + column of the window, row 0 at the bottom */
+    /* Row * width + column of the window, row 0 at the bottom, and above that the roughness in 8
+     * bits. */
+    uint pixel_roughness;
     uint flags; /* SHADOW_POINT_* */
 };
 LAYOUT(shadow_point, geo_normal, 16)
 LAYOUT(shadow_point, flags, 28)
 LAYOUT_SIZE(shadow_point, 32)
 
+/* lobes over which rays find what is left of the light of an environment map */
+#define VISIBILITY_DIFFUSE 0
+#define VISIBILITY_MIRRORED 1
+#define VISIBILITY_BEHIND 2 /* where some material is MATERIAL_TRANSLUCENT */
+#define VISIBILITY_LOBES 3
 /* Traced transmittance in two words: 19 bits for each channel's share of 2^(1 - e), and 7 for e. */
 #define TRACED_FILTER_BITS 19
 #define TRACED_EXPONENT_MAX 100

@@ -128,7 +128,7 @@ TONE_FUNCTION float tone_exp2(float x)
     return p;
 }
 
-/* A channel after the inset, as the display is to be told. */
+/* A channel after the inset, as the display takes it. */
 TONE_FUNCTION float tone_agx_contrast(float channel)
 {
     const float range = TONE_AGX_MOST_EV - TONE_AGX_LEAST_EV;

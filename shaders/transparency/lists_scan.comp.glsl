@@ -3,9 +3,8 @@
 //   PASS=0  a group per tile of TILE counts: their sum and maximum
 //   PASS=1  one group: exclusive scan of the sums; total and longest to the statistics
 //   PASS=2  a group per tile: inclusive scan of its counts
-// Sums saturate, so that an absurd total is seen as too large and not as small; saturated sums are
-// associative. A thread loops over 8 counts, or over the tiles divided by 256.
-#include "shared/bindings.h"
+// Saturated sums are associative. A thread loops over 8 counts, or over the tiles divided by 256.
+#include "transparency/lists_counts.glsl"
 
 #define ITEMS 8u
 #define TILE (256u * ITEMS)
@@ -20,21 +19,9 @@
 #define SCAN_JOIN(word, a, b) ((word) == SCAN_LONGEST ? max(a, b) : add_saturated(a, b))
 #endif
 
-uint add_saturated(uint a, uint b)
-{
-    return a + b < a ? 0xffffffffu : a + b;
-}
-
 layout(local_size_x = 256) in;
 #include "base/group_scan.glsl"
 
-layout(std430, binding = BIND_PIXEL_LEFT) readonly buffer count_buffer { uint counts[]; };
-#if PASS == 2
-layout(std430, binding = BIND_PIXEL_COUNTS) writeonly buffer end_buffer { uint ends[]; };
-#endif
-layout(std430, binding = BIND_SCAN) buffer scan_buffer { uvec2 sums[]; };
-layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
-uniform uint u_count;
 uniform uint u_tiles;
 
 #if PASS == 0

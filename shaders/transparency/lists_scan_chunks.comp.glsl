@@ -4,23 +4,10 @@
 //   PASS=0  a thread per chunk: sum and maximum of its counts
 //   PASS=1  one thread: exclusive scan of the sums; total and longest to the statistics
 //   PASS=2  a thread per chunk: inclusive scan of its counts
-// Sums saturate, so that an absurd total is seen as too large and not as small.
-#include "shared/bindings.h"
+#include "transparency/lists_counts.glsl"
 layout(local_size_x = 64) in;
-layout(std430, binding = BIND_PIXEL_LEFT) readonly buffer count_buffer { uint counts[]; };
-#if PASS == 2
-layout(std430, binding = BIND_PIXEL_COUNTS) writeonly buffer end_buffer { uint ends[]; };
-#endif
-layout(std430, binding = BIND_SCAN) buffer scan_buffer { uvec2 sums[]; };
-layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
-uniform uint u_count;
 uniform uint u_chunk;  // counts per chunk; host keeps chunk and chunk count under 16,384
 uniform uint u_chunks;
-
-uint add_saturated(uint a, uint b)
-{
-    return a + b < a ? 0xffffffffu : a + b;
-}
 
 void main()
 {

@@ -14,24 +14,24 @@ layout(post_depth_coverage) in;
 #endif
 layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer end_buffer { uint ends[]; };
 layout(std430, binding = BIND_PIXEL_LEFT) buffer left_buffer { uint left[]; };
-layout(std430, binding = BIND_FRAGMENT_KEYS) writeonly buffer key_buffer { uvec4 keys[]; };
-layout(std430, binding = BIND_FRAGMENT_SURFACE_0) writeonly buffer s0_buffer {
+layout(std430, binding = BIND_ENTRY_KEYS) writeonly buffer key_buffer { uvec4 keys[]; };
+layout(std430, binding = BIND_ENTRY_SURFACE_0) writeonly buffer s0_buffer {
     uvec4 surfaces_0[];
 };
-layout(std430, binding = BIND_FRAGMENT_SURFACE_1) writeonly buffer s1_buffer {
+layout(std430, binding = BIND_ENTRY_SURFACE_1) writeonly buffer s1_buffer {
     uvec4 surfaces_1[];
 };
-layout(std430, binding = BIND_FRAGMENT_SURFACE_2) writeonly buffer s2_buffer {
+layout(std430, binding = BIND_ENTRY_SURFACE_2) writeonly buffer s2_buffer {
     uvec4 surfaces_2[];
 };
-layout(std430, binding = BIND_FRAGMENT_COLORS) writeonly buffer color_buffer { vec4 colors[]; };
+layout(std430, binding = BIND_ENTRY_COLORS) writeonly buffer color_buffer { vec4 colors[]; };
 #ifdef HAS_LOBES
-layout(std430, binding = BIND_FRAGMENT_LOBES) writeonly buffer lobes_buffer {
+layout(std430, binding = BIND_ENTRY_LOBES) writeonly buffer lobes_buffer {
     uvec4 lobes_words[];
 };
 #endif
 #ifdef HAS_MORE_LOBES
-layout(std430, binding = BIND_FRAGMENT_MORE_LOBES) writeonly buffer more_lobes_buffer {
+layout(std430, binding = BIND_ENTRY_MORE_LOBES) writeonly buffer more_lobes_buffer {
     uvec4 more_lobes_words[];
 };
 #endif
@@ -136,10 +136,13 @@ void main()
         r.transmission_f0_thickness.x * evaluate_texel(s.material, SLOT_TRANSMISSION).r;
     float thickness_m =
         r.transmission_f0_thickness.z * evaluate_texel(s.material, SLOT_THICKNESS).g;
+#ifdef IS_MASKED
+    bool is_hole = s.alpha < r.emissive_alpha_cutoff.w;
+#endif
     if (!MATERIAL_IS(r.flags, MATERIAL_BLEND))
         s.alpha = 1.0;
 #ifdef IS_MASKED
-    if (s.alpha < r.emissive_alpha_cutoff.w)
+    if (is_hole)
         s.alpha = 0.0; // counted already, so it stays in the list as nothing
 #endif
     // No helper guard: there is no loop, and llvmpipe calls a partly covered fragment whose centre
@@ -173,14 +176,20 @@ void main()
     reflected = reflected_by_lobes(lobes, r, s.normal, view);
 #endif
     vec3 filter_ = filter_to_camera(s, transmission, thickness_m, view, reflected);
+#ifdef IS_MASKED
+    if (is_hole)
+        filter_ = filter_pack(vec3(1.0), vec3(0.0));
+#endif
     uvec2 extra = uvec2(floatBitsToUint(transmission), floatBitsToUint(thickness_m));
 #ifdef IS_MEDIUM
     extra = pack_factor_and_pair(transmission, slope); // no thickness: media have no use for it
     if (is_hidden()) {
-        coverage |= FRAGMENT_HIDDEN;
+        coverage |= ENTRY_HIDDEN;
         s.alpha = 0.0; // not to be lit
     }
 #endif
+    if (MATERIAL_IS(r.flags, MATERIAL_BENDS) && s.alpha > 0.0)
+        coverage |= ENTRY_BENDS;
     // outside [0, 1] where the pixel's middle is beside the triangle, or depths are not clipped
     keys[entry] = uvec4(floatBitsToUint(clamp(depth, 0.0, 1.0)), tie_key(), entry, coverage);
     surfaces_0[entry] = surface_pack_0(s);

@@ -13,8 +13,8 @@
 #define RUN 16u
 layout(local_size_x = 64) in;
 layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer count_buffer { uint ends[]; };
-layout(std430, binding = BIND_FRAGMENT_KEYS) coherent buffer key_buffer { uvec4 keys[]; };
-layout(std430, binding = BIND_FRAGMENT_SURFACE_2) readonly buffer s2_buffer { uvec4 surfaces_2[]; };
+layout(std430, binding = BIND_ENTRY_KEYS) coherent buffer key_buffer { uvec4 keys[]; };
+layout(std430, binding = BIND_ENTRY_SURFACE_2) readonly buffer s2_buffer { uvec4 surfaces_2[]; };
 uniform uint u_entries; // that there is room for
 uniform uint u_pixels;
 uniform uint u_run;

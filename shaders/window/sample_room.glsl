@@ -8,6 +8,7 @@
 // Needs: SAMPLES (4), SAMPLES_APART. Provides: SURFACE_WORDS, GROUP_DEPTH and, with SAMPLES_APART,
 // GROUP_NORMAL, which are read before OPAQUE_COLOR, KEEP_COLOR and LIGHT_WORD of a group's samples.
 #define ROOM gl_LocalInvocationIndex
+int room_sample = 0; // the first of the group that is lit
 shared uvec4 room_words[SAMPLES][64]; // those of surface_pack_0, or a colour
 #define SURFACE_WORDS(i) room_words[i][ROOM]
 #define OPAQUE_COLOR(i) uintBitsToFloat(room_words[i][ROOM])

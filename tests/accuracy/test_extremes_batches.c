@@ -110,7 +110,7 @@ static void compare(const char *name, struct shot shot, uint64_t budget_bytes, d
     assert_int_equal(report[1].counts.events, report[0].counts.events);
     assert_int_equal(report[1].counts.shadowed_lights, report[0].counts.shadowed_lights);
     assert_int_equal(report[1].counts.lookups, report[0].counts.lookups);
-    assert_non_null(strstr(report[1].warnings[0], "batches"));
+    assert_true(report_has_warning(&report[1], "batches"));
     extreme_expect(&(struct extreme_row){name, "deep", "RMSE, relative", tolerance},
                    extreme_rmse(&tight, &ample));
     if (tolerance == 0)

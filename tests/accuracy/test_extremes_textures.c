@@ -309,10 +309,10 @@ static void print_frame(const char *what, const struct frame *frame, double ms)
 {
     const struct report_textures *t = &frame->report.textures;
     print_message("%s: %.0f ms, wants %.1f MiB, resident %.1f, written %.1f in %.1f ms, to come "
-                  "%.1f, bias %u, coarse %llu\n",
+                  "%.1f, bias %llu, coarse %llu\n",
                   what, ms, (double)t->wanted_bytes / MIB, (double)t->resident_bytes / MIB,
                   (double)t->written_bytes / MIB, t->upload_ms, (double)t->pending_bytes / MIB,
-                  t->level_bias, (unsigned long long)t->coarse_count);
+                  (unsigned long long)t->level_bias, (unsigned long long)t->coarse_count);
 }
 
 /* Every frame is within the budget; none is short of levels unless it says so. */

@@ -13,7 +13,8 @@ struct renderer *bench_renderer(struct bench *bench)
     struct error err = {0};
     if (bench->renderer)
         return bench->renderer;
-    bench->renderer = renderer_create(&(struct renderer_desc){.redraws_surfaces = true}, &err);
+    bench->renderer =
+        renderer_create(&(struct renderer_desc){.hooks.redraws_surfaces = true}, &err);
     if (!bench->renderer) {
         fprintf(stderr, "%s: %s\n", err.code == ERROR_NO_DEVICE ? "skipped" : "vitrail-bench",
                 err.message);

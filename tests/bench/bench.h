@@ -111,6 +111,8 @@ bool suite_auto(struct bench *bench, struct error *err);
 bool suite_linear(struct bench *bench, struct error *err);
 bool suite_standing(struct bench *bench, struct error *err);
 bool suite_ahead(struct bench *bench, struct error *err);
+bool suite_environment(struct bench *bench, struct error *err);
+bool suite_skin(struct bench *bench, struct error *err);
 bool suite_import(struct bench *bench, struct error *err);
 bool suite_targets(struct bench *bench, struct error *err);
 bool suite_scaling(struct bench *bench, struct error *err);

@@ -221,7 +221,7 @@ def shadow_point_units(case, speed):
     return {name: ns * count for name, count in units.items()}
 
 
-def told_ms(case, speed, costs, technique):
+def forecast_ms(case, speed, costs, technique):
     if technique == "rays":
         base, units = 0.0, ray_units(case, speed, costs["SPLIT"])
     else:
@@ -240,11 +240,11 @@ def tell_auto(title, cases, costs):
     print(title)
     for samples in (1, 4):
         for technique in TECHNIQUES:
-            off = sorted(math.log(told_ms(case, speed, costs, technique) /
+            off = sorted(math.log(forecast_ms(case, speed, costs, technique) /
                                   statistics.median(case[technique]))
                          for case, speed in cases if case["samples"] == samples)
             if off:
-                print(f"    {samples} samples, {technique:15s} told over taken: median "
+                print(f"    {samples} samples, {technique:15s} forecast over taken: median "
                       f"{math.exp(statistics.median(off)):.2f}, from {math.exp(off[0]):.2f} to "
                       f"{math.exp(off[-1]):.2f}")
 
@@ -262,7 +262,7 @@ def fit_auto(paths):
         total = sum((math.log(trial[name] / old[name]) / DRAWN)**2 for name in old) * 0.1
         for case, speed in cases:
             for technique in TECHNIQUES:
-                off = abs(math.log(told_ms(case, speed, trial, technique) /
+                off = abs(math.log(forecast_ms(case, speed, trial, technique) /
                                    statistics.median(case[technique])))
                 total += off * off if off < HUBER else HUBER * (2 * off - HUBER)
         return total

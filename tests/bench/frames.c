@@ -51,6 +51,7 @@ static bool run_one(struct bench *bench, const struct rig_scene *scene,
     struct view_node_override moved;
     if (variant->moves_camera)
         view.camera.eye[0] += 0.2 * sin(0.7 * rounds->done);
+    view.animation_time_s += variant->frame_s * rounds->done;
     if (variant->moved) {
         moved = *variant->moved;
         moved.matrix[12] += 1e-3 * rounds->done;

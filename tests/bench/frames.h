@@ -15,6 +15,7 @@ struct frame_variant {
     bool asks_lookups;                      /* measures them by themselves, too: PART_LOOKUPS */
     bool moves_camera;                      /* a little each frame; the view's camera is LOOK_AT */
     const struct view_node_override *moved; /* slides along +X, a little each frame; NULL = none */
+    double frame_s;                         /* the animation goes on by so much each frame */
     struct measurement measurement;         /* out */
 };
 

@@ -83,7 +83,7 @@ bool lookups_measure(struct shade *shade, const struct shade_desc *desc, struct 
                         err);
     if (ok) {
         gl_buffer_bind_storage(&points.points, BIND_TRACED_POINTS);
-        gl_buffer_bind_storage(&results, BIND_FRAGMENT_COLORS);
+        gl_buffer_bind_storage(&results, BIND_ENTRY_COLORS);
         ok = ask(shade, &statistics, desc, points.window.count, true, times, err) &&
              ask(shade, &statistics, desc, points.window.count, false, times, err);
     }

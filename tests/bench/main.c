@@ -29,6 +29,10 @@ static const struct suite suites[] = {
      suite_standing},
     {"ahead", "the next frame begun while one is on the device, beside frames in turn",
      suite_ahead},
+    {"environment", "light from all around: rasterised, ray traced by the sample, its error",
+     suite_environment},
+    {"skin", "skinned vertices per second, and one figure that moves in a scene that stands",
+     suite_skin},
     {"import", "one mesh plain, by meshopt and by Draco: speed, memory, the decoders alone",
      suite_import},
     {"targets", "what lights and shadows may cost, each with its bound", suite_targets},
@@ -42,6 +46,7 @@ static const char usage[] =
     "       vitrail-bench promises [--seeds N] [--busy] [--wish budget_ms|max_error] [--quick] "
     "[--json]\n"
     "       vitrail-bench generate SEED FILE.glb\n"
+    "       vitrail-bench farm [SCENE.glb] [--size WxH] [--frames N] [--quick] [--json]\n"
     "       vitrail-bench live [SCENE.glb] [--size WxH] [--seconds S] [--quick] [--json]\n"
     "\n"
     "  --json          one JSON document instead of tables; progress goes to standard error\n"
@@ -183,6 +188,7 @@ static int list_suites(void)
     for (int i = 0; i < SUITES; i++)
         printf("%-8s %s\n", suites[i].name, suites[i].purpose);
     printf("%-8s %s\n", "promises", "budgets and errors of frames over loopback; not one of `all`");
+    printf("%-8s %s\n", "farm", "films as one job and as a process per frame; not one of `all`");
     printf("%-8s %s\n", "live", "views over loopback: latency, frames, memory; not one of `all`");
     return 0;
 }
@@ -229,8 +235,14 @@ int main(int argc, char **argv)
         return list_suites();
     static char live[] = VITRAIL_SOURCE_DIR "/tests/bench/live.py";
     static char promises[] = VITRAIL_SOURCE_DIR "/tests/bench/promises.py";
-    if (!strcmp(argv[1], "live") || !strcmp(argv[1], "promises"))
-        return run_script(argv[1][0] == 'l' ? live : promises, argc - 2, argv + 2);
+    static char farm[] = VITRAIL_SOURCE_DIR "/tests/bench/farm.py";
+    static const struct {
+        const char *name;
+        char *path;
+    } scripts[] = {{"live", live}, {"promises", promises}, {"farm", farm}};
+    for (size_t i = 0; i < sizeof scripts / sizeof scripts[0]; i++)
+        if (!strcmp(argv[1], scripts[i].name))
+            return run_script(scripts[i].path, argc - 2, argv + 2);
     if (!strcmp(argv[1], "generate"))
         return bench_generate(argc - 2, argv + 2);
     if (!read_options(&bench.options, argc - 2, argv + 2))

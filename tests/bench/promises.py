@@ -8,7 +8,7 @@ usage: promises.py BIN [--seeds N] [--busy] [--wish budget_ms|max_error] [--quic
 upload and with no warm-up awaited, renders are asked for with budgets from 60 to 1000 ms, each
 twice, and, in a small picture, with errors from 0.08 to 0.008. A budget is kept where the frame
 took no longer in the renderer, an error where the picture that was sent (EXR) is no farther off
-the ray-traced reference of 256 samples per pixel; either is told where the reply warned that
+the ray-traced reference of 256 samples per pixel; either counts where the reply warned that
 nothing keeps it. --busy: beside a process that keeps a processor busy. Where budgets are asked
 for, every scene has a daemon of its own with an empty state directory, so that nothing is
 compiled; --quick: one scene, one budget, one error.
@@ -60,7 +60,7 @@ def tell_of(frame, wish, asked, got):
     return {"wish": wish, "asked": asked, "got": got, "shadows": chosen["shadows"],
             "expected": chosen["expected_ms"] if wish == "budget_ms" else frame["error"]["value"],
             "samples": chosen["samples"], "missed": chosen["missed"], "kept": got <= asked,
-            "told": any(wish in warning for warning in frame["warnings"])}
+            "warned": any(wish in warning for warning in frame["warnings"])}
 
 
 def ask_budgets(daemon, request, is_quick):
@@ -103,11 +103,11 @@ def run(wanted, seeds):
 
 
 def sum_up(results):
-    kept = sum(one["kept"] or one["told"] for one in results)
+    kept = sum(one["kept"] or one["warned"] for one in results)
     return {"asked": len(results), "kept": sum(one["kept"] for one in results),
-            "kept_or_told": kept, "share": kept / len(results),
+            "kept_or_warned": kept, "share": kept / len(results),
             "worst": max((one["got"] / one["asked"] for one in results
-                          if one["kept"] or not one["told"]), default=0)}
+                          if one["kept"] or not one["warned"]), default=0)}
 
 
 def tell(results, is_json):
@@ -117,12 +117,12 @@ def tell(results, is_json):
         print(json.dumps({"summary": summary, "results": results}, indent=1))
         return
     for one in results:
-        state = "kept" if one["kept"] else "told" if one["told"] else "MISSED"
+        state = "kept" if one["kept"] else "warned" if one["warned"] else "MISSED"
         print(f"  {one['scene'][:44]:44} {one['asked']:6g} {one['got']:9.4g} "
               f"{one['expected'] or 0:9.4g}  {one['shadows']:18}{one['samples']:3}  {state}")
     for wish, of_wish in summary.items():
-        print(f"{wish}: kept or told {of_wish['kept_or_told']} of {of_wish['asked']} "
-              f"({of_wish['share']:.3f} >= {SHARE_KEPT}), worst that was not told: "
+        print(f"{wish}: kept or warned {of_wish['kept_or_warned']} of {of_wish['asked']} "
+              f"({of_wish['share']:.3f} >= {SHARE_KEPT}), worst without a warning: "
               f"{of_wish['worst']:.2f} (<= {MOST_MISSED})")
 
 

@@ -265,7 +265,7 @@ bool suite_forecast(struct bench *bench, struct error *err)
         return false;
     if (!bench->options.is_json)
         printf("  speed: shade %.2f maps %.2f trace %.2f build %.2f, frame %.2f ms\n"
-               "  scene, samples              maps: told, ms      rays: told, ms    "
+               "  scene, samples              maps: forecast      rays: forecast    "
                "traced shadows, ms  taken\n",
                calibration.speed.shade, calibration.speed.maps, calibration.speed.trace,
                calibration.speed.build, calibration.speed.frame_ms);

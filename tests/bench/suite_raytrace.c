@@ -230,7 +230,7 @@ static bool time_render(const struct traced *traced, struct raytrace_cache *cach
     struct raytrace_desc desc = {.view = &traced->view,
                                  .state = &traced->state,
                                  .camera = &traced->camera,
-                                 .samples_per_side = 1,
+                                 .samples = 1,
                                  .cache = cache,
                                  .asks_all_lights = asks_all,
                                  .threads = threads};

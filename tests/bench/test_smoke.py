@@ -66,7 +66,8 @@ class CommandLine(unittest.TestCase):
         names = [line.split()[0] for line in run("list").stdout.splitlines()]
         self.assertEqual(["lights", "deep", "both", "layers", "demo", "draws", "raytrace",
                           "foliage", "forecast", "auto", "linear", "standing", "ahead",
-                          "import", "targets", "scaling", "promises", "live"], names)
+                          "environment", "skin", "import", "targets", "scaling", "promises",
+                          "farm", "live"], names)
 
     def test_the_import_states_speed_and_memory_beside_the_decoders(self):
         done = run("import", "--quick", "--json")
@@ -79,6 +80,23 @@ class CommandLine(unittest.TestCase):
             self.assertLess(checks[form, "file, MB"], checks["plain", "file, MB"])
             self.assertGreater(checks[form, "decoder alone, ms"], 0)
             self.assertIn((form, "import beyond plain / decoder alone"), checks)
+
+    def test_light_from_all_around_states_its_cost_and_its_error(self):
+        done = run("environment", "--quick", "--json", "--size", "64x36", "--seconds", "1")
+        self.assertEqual(0, done.returncode, done.stderr)
+        document = json.loads(done.stdout)
+        checks = {check["name"]: check["value"] for check in document["checks"]}
+        self.assertTrue(0.5 < checks["cpu with / without"] < 10, checks)
+        self.assertIn("cpu ns per pixel and sample", checks)
+        (_, few), (_, many) = document["series"][0]["points"]
+        self.assertLess(many, 0.8 * few)  # 4 samples err less than one
+
+    def test_one_figure_that_moves_builds_the_shadow_that_it_casts(self):
+        done = run("skin", "--quick", "--json", "--size", "64x36", "--seconds", "1")
+        self.assertEqual(0, done.returncode, done.stderr)
+        checks = {(c["subject"], c["name"]): c["value"] for c in json.loads(done.stdout)["checks"]}
+        self.assertGreater(checks["pose alone", "million skinned vertices/s"], 0.1)
+        self.assertEqual(1, checks["deep", "shadows built for it"])
 
     def test_ray_tracing_states_its_overhead_and_its_gain(self):
         done = run("raytrace", "--quick", "--json", "--size", "96x64")
@@ -143,6 +161,15 @@ class CommandLine(unittest.TestCase):
             self.assertGreaterEqual(row["p95_ms"], row["p50_ms"])
             self.assertEqual(row["beside"] in ("rest", "render"), row["beside_frames"] > 0)
         self.assertGreater(document["patch_p50_ms"], 0)
+
+    def test_films_are_measured_as_a_job_and_as_processes(self):
+        done = run("farm", "--quick", "--json", "--size", "64x36")
+        self.assertEqual(0, done.returncode, done.stderr)
+        document = json.loads(done.stdout)
+        for how in ("job", "process", "kept"):
+            self.assertGreater(document[how]["wall_s"], 0)
+            self.assertGreater(document[how]["cpu_s"], 0)
+        self.assertGreater(document["job"]["frame_ms"], 0)
 
     def test_unknown_suites_and_options_are_refused(self):
         for arguments in (["nothing"], ["deep", "--frames", "0"], ["deep", "--size", "10"],

@@ -34,6 +34,7 @@ AMD = re.compile(r"Code Size: (\d+) .*Spilled VGPRs: (\d+) .*\((\w\w), ")
 VARIANTS = {"HAS_MEDIA": "media", "SHADOW_HAS_MEDIA": "media", "MEDIA": "media", "MEDIUM": "media",
             "CUT_PLANES": "cut", "SHADOW_FAITHFUL": "faithful", "SHADOW_HAS_NODES": "nodes",
             "KEYED": "keyed", "NET": "net", "SAMPLES_APART": "apart", "HAS_LOBES": "lobes",
+            "HAS_MORE_LOBES": "films", "HAS_ENVIRONMENT_MAP": "map",
             "TONE_HAS_CHOICE": "tones"}
 STAGES = {"CS": "comp", "FS": "frag", "PS": "frag", "VS": "vert"}
 
@@ -93,7 +94,7 @@ def read_table(text):
 
 def write_table(table):
     head = [line for line in TABLE.read_text().splitlines() if line.startswith("#")]
-    rows = [f"{chip:8}{shader:48}{size:>7}{spills:>7}"
+    rows = [f"{chip:8}{shader:47}{size:>7}{spills:>7}"
             for (chip, shader), (size, spills) in sorted(table.items())]
     TABLE.write_text("\n".join(head + rows) + "\n")
 

@@ -57,7 +57,9 @@ static void auto_has_the_bits_of_what_it_takes(void **state)
         renderer_set_auto(renderer, &settings[i]);
         view.quality.shadows = SHADOWS_AUTO;
         shoot(renderer, &rig, &view, &frame);
-        assert_true(renderer_explain(renderer, rig.key, &view, &plan, &err));
+        struct auto_choice choice;
+        const struct view chosen = rig_choose(renderer, rig.key, &view, &choice);
+        assert_true(renderer_explain(renderer, rig.key, &chosen, &plan, &err));
         assert_int_equal(plan.requirements[PLAN_NEED_TRACED].is_met, is_traced);
         assert_int_equal(plan.requirements[PLAN_NEED_TRACED_SHADOWS].is_met, has_traced_shadows);
         assert_int_equal(report_has_pass(&frame.report, "raytrace.trace", NULL), is_traced);

@@ -334,8 +334,8 @@ static void a_frame_that_has_come_is_done_at_once(void **state)
     renderer_get_info(stage.renderer, &info);
     for (int i = 0; i < 2; i++) {
         bool is_in_flight = submit(&stage, i);
-        if (info.is_software && !info.has_true_timers) /* passes are waited for, so nothing is left
-                                                          to wait for */
+        /* Passes are waited for, so nothing is left to wait for. */
+        if (info.is_software && !info.has_true_timers)
             assert_false(is_in_flight);
         if (is_in_flight)
             collect(&stage);

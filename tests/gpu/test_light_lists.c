@@ -397,7 +397,7 @@ static void make_plain_view(int width, int height)
                                    .half_width = 0.4 * width / height,
                                    .half_height = 0.4,
                                    .z_near = 0.01};
-    scene.window = (struct camera_window){0, 0, width, height, width, height};
+    scene.window = camera_window_whole(width, height);
 }
 
 /* 256 lights before one 4x4 tile; pairs have equal fronts, and every fourth pair holds the eye. */

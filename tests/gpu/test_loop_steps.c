@@ -239,7 +239,7 @@ static void check_cases(struct renderer *renderer)
             fail_msg("%s: %.7g, one light %.7g", cases[i].name, (double)many, (double)one);
         print_message("%s: longest list %llu, in %llu pieces, off by %.1e\n", cases[i].name,
                       (unsigned long long)report.counts.longest_list,
-                      (unsigned long long)report.counts.light_slices, fabs(many / one - 1.0));
+                      (unsigned long long)report.counts.light_chunks, fabs(many / one - 1.0));
         rig_scene_finish(&scene, renderer);
     }
 }
@@ -273,7 +273,7 @@ static void one_dispatch_for_all_would_lose_light(void **state)
         open_scene(&scene, renderer, &cases[i].stack);
         float one = one_light(renderer, &scene, shot);
         float many = shoot(renderer, &scene, &shot, &report);
-        assert_int_equal(report.counts.light_slices, 1);
+        assert_int_equal(report.counts.light_chunks, 1);
         print_message("%s: %.3f of the light\n", cases[i].name, (double)(many / one));
         if (is_equal(many, one, shot.lights))
             fail_msg("%s: %.7g of %.7g in one dispatch", cases[i].name, (double)many, (double)one);
@@ -386,8 +386,8 @@ static void outputs_count_all_lights(void **state)
 static int set_up(void **state, uint32_t loop_steps)
 {
     struct error err = {0};
-    *state =
-        renderer_create(&(struct renderer_desc){.is_strict = true, .loop_steps = loop_steps}, &err);
+    *state = renderer_create(
+        &(struct renderer_desc){.is_strict = true, .hooks.loop_steps = loop_steps}, &err);
     if (!*state)
         fail_msg("%s", err.message);
     return 0;

@@ -22,8 +22,8 @@ enum { ANSWERS = 3 };
 static struct {
     PFNGLFINISHPROC finish;
     PFNGLGETQUERYOBJECTUI64VPROC get_stamp;
-    double shares[ANSWERS]; /* of work that lasted long enough, one after the other; the last stays
-                             */
+    /* Of work that lasted long enough, one after the other; the last stays. */
+    double shares[ANSWERS];
     double began_ms, lasted_ms;
     int finishes, stamps, answers;
 } device;
@@ -135,7 +135,7 @@ static int time_passes(bool poses_as_hardware, bool has_true_timers, struct fram
     return device.finishes;
 }
 
-static void nothing_is_waited_for_where_no_time_is_told(void **state)
+static void nothing_is_waited_for_where_no_time_is_measured(void **state)
 {
     (void)state;
     struct frame_report report;
@@ -179,8 +179,8 @@ static void a_scope_calls_nobody_and_a_wait_calls_the_waiter(void **state)
         struct gl_context *context = create(poses_as_hardware);
         struct gpu_timeline *timeline = gpu_timeline_create(context, &err);
         struct frame_report report = {0};
-        gpu_timeline_set_waiter(timeline,
-                                &(struct gpu_waiter){.context = &calls, .before_wait = count_call});
+        gpu_timeline_set_wait_callback(
+            timeline, &(struct gpu_wait_callback){.context = &calls, .before_wait = count_call});
         gpu_scope_begin(timeline, &(struct gpu_scope_desc){.pass = "gbuffer", .because = "a test"});
         gpu_scope_end(timeline);
         gpu_timeline_collect(timeline, &report);
@@ -199,7 +199,7 @@ int main(void)
         cmocka_unit_test(stamps_of_quick_devices_are_believed),
         cmocka_unit_test(stamps_that_lie_are_not_believed),
         cmocka_unit_test(no_stamp_decides_where_the_device_is_our_processors),
-        cmocka_unit_test(nothing_is_waited_for_where_no_time_is_told),
+        cmocka_unit_test(nothing_is_waited_for_where_no_time_is_measured),
         cmocka_unit_test(nothing_is_waited_for_where_stamps_are_true),
         cmocka_unit_test(passes_are_fenced_where_the_device_is_our_processors),
         cmocka_unit_test(a_scope_calls_nobody_and_a_wait_calls_the_waiter),

@@ -142,9 +142,8 @@ static void compare_merging(const struct key *keys, const uint32_t (*pixels)[4],
 {
     uint32_t entries = ends[pixel_count - 1];
     struct gl_buffer counts = make("test.ends", pixel_count, ends, BIND_PIXEL_COUNTS),
-                     halves = make("test.keys", 8ull * entries, keys, BIND_FRAGMENT_KEYS),
-                     surfaces =
-                         make("test.surfaces", 4ull * entries, pixels, BIND_FRAGMENT_SURFACE_2);
+                     halves = make("test.keys", 8ull * entries, keys, BIND_ENTRY_KEYS),
+                     surfaces = make("test.surfaces", 4ull * entries, pixels, BIND_ENTRY_SURFACE_2);
     uint32_t from = 0;
     for (uint32_t run = 0; run < longest; run = run ? 2 * run : 16) {
         const struct gl_program *program = use("lists_sort.comp.glsl", run ? pass : 0);

@@ -125,7 +125,7 @@ static void nothing_is_asked_before_programs_are_needed(void **state)
     assert_true(stats.compile_ms > 0);
 }
 
-static void a_program_that_fails_is_told_when_it_is_needed(void **state)
+static void a_program_that_fails_is_reported_when_it_is_needed(void **state)
 {
     const struct fixture *fixture = *state;
     const struct program_desc desc = program_of("main=3");
@@ -194,7 +194,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(nothing_is_asked_before_programs_are_needed, setup,
                                         teardown),
-        cmocka_unit_test_setup_teardown(a_program_that_fails_is_told_when_it_is_needed, setup,
+        cmocka_unit_test_setup_teardown(a_program_that_fails_is_reported_when_it_is_needed, setup,
                                         teardown),
         cmocka_unit_test_setup_teardown(programs_that_nobody_needs_leave_nothing, setup, teardown),
         cmocka_unit_test(a_frame_begins_its_programs_together),

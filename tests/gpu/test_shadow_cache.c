@@ -89,8 +89,8 @@ static void a_new_camera_rebuilds_nothing(void **state)
     expect(&panes, no_eye, &quality, 2, 0);
     assert_true(has_pass("shadow.deep.count") && has_pass("shadow.deep.sort"));
     assert_non_null(strstr(rig.report.passes[0].because, "in reach"));
-    assert_int_equal(shadow_system_record(rig.shadows, 2), NO_SHADOW); /* nothing within its range
-                                                                        */
+    /* Nothing within its range. */
+    assert_int_equal(shadow_system_record(rig.shadows, 2), NO_SHADOW);
     float before[1][4], after[1][4];
     shadow_rig_query(&rig, 0, &(double[3]){-10.1, 1, 0.1}, up, 1, UINT32_MAX, before);
     expect(&panes, (double[3]){-7, 2, 40}, &quality, 0, 2);

@@ -100,8 +100,8 @@ static struct probes *random_probes(uint64_t *seed)
         double *p = probes->points[i];
         for (int k = 0; k < 3; k++)
             p[k] = 3 * symmetric(seed) + (k == 1 ? 1 : 0);
-        i += fabs(p[1] - lamps[1].position[1]) > 0.3 * hypot(p[0], p[2]); /* none at grazing light
-                                                                           */
+        /* None at grazing light. */
+        i += fabs(p[1] - lamps[1].position[1]) > 0.3 * hypot(p[0], p[2]);
     }
     return probes;
 }

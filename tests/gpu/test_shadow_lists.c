@@ -323,12 +323,12 @@ static void no_self_shadow_leaves_out_the_receivers_own_events(void **state)
     ask(0.1, 0.5, 0.1, 7, others);
     ask(0.1, 0.5, 0.1, 7 + 256, wrong);
     assert_true(fabsf(all[0] / others[0] - 0.99f) < 1e-5f);
-    assert_true(fabsf(all[0] / wrong[0] - 0.99f) < 1e-5f); /* the query names the object, whoever it
-                                                              is */
+    /* The query names the object, whoever it is. */
+    assert_true(fabsf(all[0] / wrong[0] - 0.99f) < 1e-5f);
     ask(0.1, 3.95, 0.1, 200, others);
     ask(0.1, 3.95, 0.1, UINT32_MAX, all);
-    assert_memory_equal(all, others, sizeof all); /* an object behind the receiver changes nothing
-                                                   */
+    /* An object behind the receiver changes nothing. */
+    assert_memory_equal(all, others, sizeof all);
     pane_scene_finish(&panes);
 }
 
@@ -371,8 +371,8 @@ static void holes_of_textured_panes_let_light_through(void **state)
         ask(1.5, 1, -1.5, UINT32_MAX, glass); /* b grows along -z */
         ask(1.5, 1, 1.5, UINT32_MAX, hole);
         assert_true(hole[0] == 1 && hole[1] == 1 && hole[2] == 1);
-        assert_true(glass[0] == 0 && glass[1] == 0 && glass[2] == 0); /* alpha 1 lets nothing
-                                                                         through */
+        /* Alpha 1 lets nothing through. */
+        assert_true(glass[0] == 0 && glass[1] == 0 && glass[2] == 0);
         if (blended) { /* holes make no event: half of the map has none */
             assert_int_equal(rig.report.counts.longest_list, 1);
             assert_int_in_range(rig.report.counts.events, 1500, 2300);

@@ -167,8 +167,8 @@ static void light_may_stand_inside_media(void **state)
     table.is_opaque = true;
     pane_scene_add(&panes, &table);
     prepare(&panes, &lamp, 1);
-    const double tangent = 1.0 / 128, slant = sqrt(1 + 2 * tangent * tangent); /* of a texel's ray
-                                                                                */
+    /* Of a texel's ray. */
+    const double tangent = 1.0 / 128, slant = sqrt(1 + 2 * tangent * tangent);
     static const struct {
         double metres, sea, cloud, mirrored;
     } depths[] = {

@@ -248,14 +248,14 @@ static void lights_without_events_have_no_lists(void **state)
     begin(&scan, texels, 4, 0);
     uint32_t *counts = calloc(8000, sizeof *counts);
     compare(&scan, counts, NULL);
-    counts[scan.maps[2].heads.first + 2048] = 7; /* one texel of all has a list: the last of its
-                                                    tile */
+    /* One texel of all has a list: the last of its tile. */
+    counts[scan.maps[2].heads.first + 2048] = 7;
     compare(&scan, counts, NULL);
     free(counts);
     finish(&scan);
 }
 
-static void totals_beyond_32_bits_are_told_and_leave_empty_lists(void **state)
+static void totals_beyond_32_bits_are_reported_and_leave_empty_lists(void **state)
 {
     (void)state;
     static const uint32_t texels[] = {9000, 10};
@@ -317,7 +317,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shaders_scan_as_the_loop_in_c),
         cmocka_unit_test(lights_without_events_have_no_lists),
-        cmocka_unit_test(totals_beyond_32_bits_are_told_and_leave_empty_lists),
+        cmocka_unit_test(totals_beyond_32_bits_are_reported_and_leave_empty_lists),
         cmocka_unit_test(groups_beyond_a_row_of_a_dispatch_are_scanned),
         cmocka_unit_test(small_storage_blocks_make_groups_of_lights),
     };

@@ -85,13 +85,14 @@ class CommandLine(support.ServiceTest):
         self.assertEqual(before + 1, self.uploads())
         self.run_cli("view", "create", scene, "--environment", path, "--environment-rotation", "30",
                      "--environment-intensity", "2", "--environment-background",
-                     "--environment-samples", "4")
+                     "--environment-samples", "4", "--environment-visibility", "rays")
         (view,) = self.daemon.request("GET", "/v1/views").json()["views"]
         members = self.daemon.request("GET", "/v1/views/" + view["id"]).json()["view"]
         self.assertEqual({"sky": [0, 0, 0], "ground": [0, 0, 0], "image": environment,
                           "rotation_deg": 30, "intensity": 2, "background": True},
                          members["environment"])
         self.assertEqual(4, members["quality"]["environment_samples"])
+        self.assertEqual("rays", members["quality"]["environment_visibility"])
         self.run_cli("view", "patch", view["id"], "--environment", "studio")
         members = self.daemon.request("GET", "/v1/views/" + view["id"]).json()["view"]
         self.assertEqual(("studio", 30), (members["environment"]["image"],

@@ -40,23 +40,33 @@ class RequestTest(CliTest):
         request = self.render_request(
             "--size", "640x480", "--shadows", "deep-linked", "--shadow-resolution=2048",
             "--samples", "4", "--light-lists", "linked", "--transparency", "lists",
-            "--blend-filter", "kim", "--max-error", "0.01", "--budget-ms", "33.5",
+            "--blend-filter", "kim", "--refraction", "off", "--refraction-samples", "8",
+            "--max-error", "0.01", "--budget-ms", "33.5",
             "--output", "depth", "--exposure", "-1.5", "--time", "2.5",
             "--animation", "Walk", "--variant", "Night", "--tone-mapping", "none",
-            "--background", "0,0.5,1,1", "--environment", "1:0.1,0.2,0.3", "--no-scene-lights")
+            "--background", "0,0.5,1,1", "--environment", "1:0.1,0.2,0.3", "--no-scene-lights",
+            "--studio", "on", "--ground-plane=-1.5")
         del request["scene"], request["format"]
         self.assertEqual(request, {
             "width": 640, "height": 480, "outputs": ["depth"], "exposure_ev": -1.5,
             "animation": {"name": "Walk", "time_s": 2.5}, "variant": "Night",
             "tone_mapping": "none", "background": [0, 0.5, 1, 1], "scene_lights": False,
+            "studio": "on", "ground_plane": {"height": -1.5},
             "environment": {"sky": [1, 1, 1], "ground": [0.1, 0.2, 0.3]},
             "quality": {"shadows": "deep-linked", "shadow_resolution": 2048, "samples": 4,
                         "light_lists": "linked", "transparency": "lists", "blend_filter": "kim",
+                        "refraction": "off", "refraction_samples": 8,
                         "max_error": 0.01, "budget_ms": 33.5}})
 
     def test_an_exposure_is_a_number_or_auto(self):
         for text, value in (("auto", "auto"), ("0", 0), ("2.25", 2.25), ("-16", -16)):
             self.assertEqual(value, self.render_request("--exposure", text)["exposure_ev"])
+
+    def test_the_ground_is_below_the_scene_or_at_a_height(self):
+        self.assertEqual({}, self.render_request("--ground-plane", "auto")["ground_plane"])
+        scene = self.write("box.glb", glb())
+        _, err = self.run_cli("render", scene, "-o", "out.png", "--ground-plane", "floor", code=2)
+        self.assertIn("a number of metres or auto", err)
 
     def test_whole_numbers_are_sent_as_integers(self):
         self.render_request("--shadow-resolution", "512")

@@ -3,35 +3,13 @@
 import json
 import os
 import subprocess
-import tempfile
 
 import support
+from cli_service import VITRAIL, CliServiceTest
 from support import triangle
 
-support.needs(support.FAKE)
-VITRAIL = os.path.join(support.BIN, "vitrail")
-support.needs(VITRAIL)
 
-
-class CliViews(support.ServiceTest):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
-        self.scene = self.path("scene.glb")
-        with open(self.scene, "wb") as file:
-            file.write(triangle())
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
-    def run_cli(self, *arguments, code=0):
-        server = f"http://127.0.0.1:{self.daemon.port}"
-        done = subprocess.run([VITRAIL, *arguments, "--server", server, "--progress", "none"],
-                              capture_output=True, text=True, timeout=60, check=False)
-        self.assertEqual(code, done.returncode, (arguments, done.stderr))
-        return done.stdout if code == 0 else done.stderr
-
+class CliViews(CliServiceTest):
     def create(self, *arguments):
         return self.run_cli("view", "create", self.scene, "--size", "32x16", *arguments).strip()
 

@@ -23,7 +23,7 @@ def light(kind, **more):
 def members(scene):
     """All members that renders, views and trade-offs share."""
     return {
-        "scene": scene, "width": 16, "height": 12, "scene_lights": True,
+        "scene": scene, "width": 16, "height": 12, "scene_lights": True, "studio": "on",
         "camera": {"eye": [0, 0, 5], "target": [0, 0, 0], "up": [0, 1, 0], "fov_y_deg": 40,
                    "ortho_height": 3},
         "lights": [light("spot", color=[1, 1, 1], intensity=8, inner_cone_deg=2, outer_cone_deg=35,
@@ -39,6 +39,7 @@ def members(scene):
                     "model": "edge", "edge_color": [1, 1, 1], "edge_exponent": 2}}}},
         "parts": {"p": {"scene": scene, "parent": "Triangle", "matrix": UNIT, "visible": True}},
         "clip_planes": [[0, 1, 0, 2], {"plane": [0, 1, 0, 2], "shadows": True, "cap": [1, 0, 0]}],
+        "ground_plane": {"height": -1.5},
         "highlight": {"nodes": ["Triangle"], "color": [1, 0, 0], "width_px": 2, "hidden": 0.5},
         "edges": {"crease_deg": 30, "borders": True, "silhouettes": True, "color": [0, 0, 0],
                   "width_px": 1, "hidden": 0},
@@ -49,7 +50,8 @@ def members(scene):
         "quality": {"shadows": "deep", "transparency": "lists", "light_lists": "clustered",
                     "blend_filter": "tint", "shadow_resolution": 64, "shadow_taps": 4, "samples": 1,
                     "shadow_prefilter": 1, "shadow_compression": 0.01, "shadow_fallback": 0.01,
-                    "area_samples": 4, "environment_samples": 4, "faithful": False},
+                    "area_samples": 4, "environment_samples": 4, "environment_visibility": "rays",
+                    "refraction": "auto", "refraction_samples": 4, "faithful": False},
     }
 
 
@@ -118,7 +120,7 @@ class Members(support.ServiceTest):
 
     def test_members_of_a_new_view(self):
         stream = {"budget_ms": 50, "min_scale": 0.25, "format": "webp", "quality_percent": 80,
-                  "rest_format": "webp", "rest_ms": 100}
+                  "rest_format": "webp", "rest_ms": 100, "rest_samples": 16}
 
         def make(bad):
             reply = self.send("POST", "/v1/views", bad)

@@ -125,6 +125,27 @@ class Renders(ClientTest):
         self.assertGreater(len(shares), 2)
         self.assertEqual(sorted(shares), shares)
 
+    def test_a_large_upload_can_be_asked_how_far_its_reading_is(self):
+        nodes = [{"name": f"Part {i}", "mesh": 0, "translation": [i, 0, 0]} for i in range(20_000)]
+        content = triangle(nodes=nodes, scenes=[{"nodes": list(range(len(nodes)))}])
+        told = []
+
+        def post():
+            with vitrail.Client(self.client.url) as other:
+                return other.post_scene(content, request_id="large")
+
+        with concurrent.futures.ThreadPoolExecutor(1) as pool:
+            summary = pool.submit(post)
+            while not summary.done():
+                try:
+                    told.append(self.client.upload_status("large"))
+                except vitrail.VitrailError as problem:
+                    self.assertEqual(404, problem.status)
+                time.sleep(0.02)
+            self.assertEqual(20_000, summary.result()["nodes"])
+        self.assertIn("decoding", {status["state"] for status in told})
+        self.assertTrue([status for status in told if "progress" in status])
+
     def test_what_the_server_says_of_itself_is_answered(self):
         self.assertTrue(self.client.is_ready())
         self.assertEqual("fake", self.client.capabilities()["device"]["renderer"])

@@ -129,6 +129,14 @@ class SceneFormats(support.ServiceTest):
         outline = self.daemon.request("GET", f"/v1/scenes/{summary['id']}/outline").json()
         for wanted, told in zip((0.2, 0.5, 0.3, 1), outline["materials"][0]["base_color"]):
             self.assertAlmostEqual(wanted, told, delta=1e-6)
+        wood = bytes([0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 0, 24, 0, 99, 50, 20])
+        files = {"lamp.obj": OBJ, "m.mtl": MTL.replace(b"wood.png", b"wood.tga"), "wood.tga": wood}
+        summary = self.post(*multipart(files), "?unit=m").json()
+        self.assertEqual([], summary["warnings"])
+        files["wood.tga"] = wood[:-1]
+        cut = self.post(*multipart(files), "?unit=m")
+        self.assertEqual((422, "invalid_scene"), (cut.status, cut.code))
+        self.assertIn("image 0 'wood.tga'", cut.json()["detail"])
         body, media_type = multipart({"lamp.obj": OBJ})
         self.assertIn("'m.mtl' is not among the uploaded files",
                       " ".join(self.post(body, media_type).json()["warnings"]))
@@ -136,8 +144,9 @@ class SceneFormats(support.ServiceTest):
     def test_what_is_wrong_is_told(self):
         stored = self.daemon.request("GET", "/v1/scenes").json()["scenes"]
         for body, media_type, query, status, words in (
-                (stl(400000000), "model/stl", "", 422, "STL: its head tells 400000000 triangles"),
-                (stl()[:-20], "model/stl", "", 422, "STL: its head tells 4 triangles"),
+                (stl(400000000), "model/stl", "", 422,
+                 "STL: its head declares 400000000 triangles"),
+                (stl()[:-20], "model/stl", "", 422, "STL: its head declares 4 triangles"),
                 (b"", "model/stl", "", 422, "empty"),
                 (b"v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n", "model/obj", "", 422, "(1, nan, 0)"),
                 (b"v 0 0 0\nf 1 2 3\n", "model/obj", "", 422, "index out of range"),

@@ -215,6 +215,31 @@ class BadScenes(support.ServiceTest):
         )
         self.refuse(set_at(("nodes", 0, "translation"), [1e400, 0, 0]))
 
+    def test_members_of_extensions_are_refused_by_their_place(self):
+        """tests/unit/test_bad_members.c has all of them; these arrive as they were said."""
+
+        def coat(value):
+            coat = {"KHR_materials_clearcoat": {"clearcoatFactor": value}}
+            return triangle(materials=[{"name": "Lacquer", "extensions": coat}])
+
+        place = "materials[0].extensions.KHR_materials_clearcoat.clearcoatFactor"
+        for content, words in [
+            (coat("1"), place + " must be a number"),
+            (coat(None), place + " must be a number"),
+            (coat(float("nan")), place + " must be a number"),
+            (coat(1.5), "material 0 'Lacquer': clearcoatFactor is 1.5, not in [0, 1]"),
+            (
+                set_at(("nodes", 0, "extensions"), {"KHR_lights_punctual": {"light": -1}}),
+                "nodes[0].extensions.KHR_lights_punctual.light must be a whole number",
+            ),
+            (
+                set_at(("bufferViews", 0, "extensions"), {"EXT_meshopt_compression": {}}),
+                "bufferViews[0].extensions.EXT_meshopt_compression has no buffer",
+            ),
+            (set_at(("nodes", 0, "mesh"), 2**32), "nodes[0].mesh must be a whole number of at"),
+        ]:
+            self.assertIn(words, self.refuse(content).json()["detail"])
+
     def test_uris_that_lead_out_of_the_upload_are_refused(self):
         for uri in (
             "../secret.bin",

@@ -100,9 +100,12 @@ class Environments(support.ServiceTest):
                                                   {"If-None-Match": tag}).status)
         self.assertEqual("dawn", self.post(content, query="?name=dawn").json()["name"])
         stored = self.daemon.stats()["environments"]
+        levels = sum((512 >> i) * (256 >> i) for i in range(6))
+        decoded = 32 + 8 * (3 + 2 * 5) + 12 * (4 * 2 + 64 * 32 + levels)
+        self.assertEqual(decoded, renamed.json()["bytes"]["decoded"])
         self.assertEqual(204, self.daemon.request("DELETE", path).status)
         self.assertEqual({"stored": stored["stored"] - 1,
-                          "decoded_bytes": stored["decoded_bytes"] - (32 + 4 * 2 * 12)},
+                          "decoded_bytes": stored["decoded_bytes"] - decoded},
                          self.daemon.stats()["environments"])
         for method in ("GET", "DELETE"):
             gone = self.daemon.request(method, path)

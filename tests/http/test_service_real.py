@@ -442,7 +442,7 @@ class Real(support.unittest.TestCase):
             sources = [open(os.path.join(dump, name)).read() for name in os.listdir(dump)]
             self.assertTrue(any("shadow_transmittance(" in source for source in sources))
             self.assertTrue(all("void main()" in source for source in sources))
-            kept = ["cache", "environments", "lock", "scenes", "tmp", "tradeoffs"]
+            kept = ["cache", "environments", "jobs", "lock", "scenes", "tmp", "tradeoffs"]
             self.assertEqual(kept, sorted(os.listdir(state)))
 
     def test_compiled_programs_outlive_the_daemon_and_damage(self):

@@ -19,7 +19,7 @@ GETS = (
     "/v1/scenes",
     "/v1/environments",
     "/v1/views",
-    "/v1/tradeoffs",
+    "/v1/jobs", "/v1/tradeoffs",
 )
 
 

@@ -334,7 +334,7 @@ class Kept(support.unittest.TestCase):
                 daemon.stop()
             self.assertEqual(["deep"], os.listdir(home))
             self.assertEqual(["state"], os.listdir(os.path.join(home, "deep")))
-            kept = ["cache", "environments", "lock", "scenes", "tmp", "tradeoffs"]
+            kept = ["cache", "environments", "jobs", "lock", "scenes", "tmp", "tradeoffs"]
             self.assertEqual(kept, sorted(os.listdir(state)))
             self.assertEqual([], os.listdir(os.path.join(state, "tmp")))
             self.assertEqual(0o700, stat.S_IMODE(os.stat(state).st_mode))

@@ -5,6 +5,7 @@ import struct
 
 import support
 import test_service_real as real
+from test_service_environments import hdr
 
 LOOK = {"eye": [0.3, 2.5, 2], "target": [0, 0.5, 0], "fov_y_deg": 70}
 MOVED = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0.5, 0.25, 0, 1]
@@ -286,6 +287,30 @@ class Parts(support.unittest.TestCase):
         self.assertEqual("/parts", self.problem({"parts": parts}, 413)["pointer"])
         del parts["p0"]
         self.picture(parts=parts)
+        self.look_with_all_that_a_message_carries(parts)
+
+    def look_with_all_that_a_message_carries(self, parts):
+        """The scene, 16 parts, a map and the reference of a trade-off."""
+        image = self.daemon.request("POST", "/v1/environments", hdr(
+            8, 4, lambda x, y: (1, 0.2, 0.1) if x < 4 else (0.1, 0.2, 1)), {
+            "Content-Type": "application/octet-stream"}).json()["id"]
+        members = {"parts": parts, "environment": {"image": image}}
+        self.assertNotEqual(self.picture(parts=parts), self.picture(**members))
+        reply = self.daemon.request("POST", "/v1/tradeoffs", {
+            "scene": self.room, "width": 16, "height": 16, "camera": LOOK,
+            "tradeoff": {"max_settings": 2, "repeats": 1}, **members})
+        self.assertEqual(202, reply.status, reply.body[:600])
+        path = reply.header("Location")
+
+        def measured():
+            return self.daemon.request("GET", path).json()
+
+        support.wait_until(lambda: measured()["stage"] in ("times", "ended"),
+                           "errors against the reference are measured", 200)
+        told = measured()
+        self.assertNotEqual("failed", told["state"], told)
+        self.assertTrue([s for s in told["settings"] if s["error"]], told)
+        self.daemon.request("DELETE", path)
 
 
 if __name__ == "__main__":

@@ -86,6 +86,8 @@ class Making(ViewTest):
             ("stream", {"budget_ms": 0}, 400, "/stream/budget_ms"),
             ("stream", {"format": "exr"}, 400, "/stream/format"),
             ("stream", {"rest_format": "jpeg"}, 400, "/stream/rest_format"),
+            ("stream", {"rest_samples": 5}, 400, "/stream/rest_samples"),
+            ("stream", {"rest_samples": 64}, 400, "/stream/rest_samples"),
             ("stream", [], 400, "/stream"),
             ("camera", {"node": "Nobody"}, 404, "/camera/node"),
         ):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Scenes that were posted are warmed up while the worker idles, never at the cost of a render."""
+import functools
 import os
 import subprocess
 import tempfile
@@ -13,11 +14,13 @@ DEVICE_S = 180  # to have one, and to measure it
 GLB = {"Content-Type": "model/gltf-binary"}
 
 
+@functools.cache
 def demo_scene():
+    """The demo scene, whose textures are small: warm-ups do not depend on them."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "demo.glb")
-        subprocess.run([os.path.join(support.BIN, "vitrail"), "demo-scene", "-o", path], check=True,
-                       stdout=subprocess.DEVNULL,
+        subprocess.run([os.path.join(support.BIN, "vitrail"), "demo-scene", "-o", path,
+                        "--texture-size", "64"], check=True, stdout=subprocess.DEVNULL,
                        env={k: v for k, v in os.environ.items() if not k.startswith("VITRAIL_")})
         with open(path, "rb") as stream:
             return stream.read()

@@ -25,6 +25,7 @@ static void light_backdrop(struct view *view, const struct view_light *light)
     view->light_count = 1;
     view->outputs = 1u << VIEW_OUTPUT_COLOR;
     view->quality.shadows = SHADOWS_NONE;
+    view->quality.refraction = VIEW_REFRACTION_OFF; /* the filters are asked for, ray by ray */
 }
 
 /* What share of the second picture's light the first one shows at a world point. */
@@ -220,6 +221,7 @@ static void transmission_textures_and_masks_tell_glass_from_paint(void **state)
     view.lights = &side_light;
     view.light_count = 1;
     view.quality.shadows = SHADOWS_NONE;
+    view.quality.refraction = VIEW_REFRACTION_OFF;
     shoot(*state, &rig, &view, &frame);
     struct view_node_override hidden = {.node = "Cloth Backdrop 01", .has_visible = true};
     view.nodes = &hidden;

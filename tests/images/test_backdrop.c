@@ -135,9 +135,10 @@ static const struct {
     bool is_reference;
 } forms[] = {
     {SHADOWS_DEEP, 1, false},      {SHADOWS_DEEP, 4, false},
+    {SHADOWS_DEEP, 8, false},      {SHADOWS_DEEP, 16, false},
     {SHADOWS_MAP, 4, false},       {SHADOWS_RAYTRACED_SHADOWS, 4, false},
     {SHADOWS_RAYTRACED, 4, false}, {SHADOWS_RAYTRACED, 16, false},
-    {SHADOWS_RAYTRACED, 4, true},
+    {SHADOWS_RAYTRACED, 4, true},  {SHADOWS_RAYTRACED_SHADOWS, 16, false},
 };
 enum { FORMS = sizeof forms / sizeof forms[0] };
 
@@ -269,18 +270,20 @@ static void a_device_shows_the_same_codes(void **unused)
     struct frame frame;
     struct image expected;
     open_squares(&rig, renderer);
-    struct view view = look(SHADOWS_DEEP, 4);
-    view.background[3] = 0.5f;
-    struct image linear = shoot_color(renderer, &rig, &view);
-    const struct tone_map_desc encoding = view_screen_code(&view.screen);
-    assert_true(tone_map(&linear, &encoding, &expected, &err));
-    view.screen.channels = 4;
-    shoot(renderer, &rig, &view, &frame);
-    assert_int_equal(frame.outputs[VIEW_OUTPUT_COLOR].component, IMAGE_U8);
-    assert_same_bits(&frame.outputs[VIEW_OUTPUT_COLOR], &expected);
-    frame_finish(&frame);
-    image_finish(&linear);
-    image_finish(&expected);
+    for (int samples = 4; samples <= 16; samples *= 4) {
+        struct view view = look(SHADOWS_DEEP, samples);
+        view.background[3] = 0.5f;
+        struct image linear = shoot_color(renderer, &rig, &view);
+        const struct tone_map_desc encoding = view_screen_code(&view.screen);
+        assert_true(tone_map(&linear, &encoding, &expected, &err));
+        view.screen.channels = 4;
+        shoot(renderer, &rig, &view, &frame);
+        assert_int_equal(frame.outputs[VIEW_OUTPUT_COLOR].component, IMAGE_U8);
+        assert_same_bits(&frame.outputs[VIEW_OUTPUT_COLOR], &expected);
+        frame_finish(&frame);
+        image_finish(&linear);
+        image_finish(&expected);
+    }
     rig_scene_finish(&rig, renderer);
     renderer_destroy(renderer);
 }

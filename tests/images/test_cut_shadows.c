@@ -65,7 +65,7 @@ static struct view look_down(size_t plane_count)
                    .target = {0, 0, 0},
                    .up = {0, 0, -1},
                    .fov_y_deg = 100},
-        .quality = {.samples = 1, .shadow_resolution = 1024, .shadow_taps = 1},
+        .quality = {.samples = 1, .shadow_resolution = 512, .shadow_taps = 1},
         .clip_planes = planes,
         .clip_plane_count = plane_count,
     };
@@ -177,7 +177,7 @@ static void set_technique(struct view *view, const struct view_quality *quality)
     view->quality = *quality;
     view->quality.samples = 1;
     view->quality.shadow_taps = 1;
-    view->quality.shadow_resolution = quality->shadow_prefilter ? resolution / 2 : resolution;
+    view->quality.shadow_resolution = resolution;
 }
 
 static struct image shoot_bare(struct renderer *renderer, const struct rig_scene *rig,

@@ -77,6 +77,7 @@ static void rasterised_and_traced_pictures_agree_in_every_pose(void **state)
     open_scene(&rig, renderer);
     for (int step = -1; step <= 4; step++) {
         struct view view = make_view(step < 0 ? -1 : 0.25 * step, SHADOWS_DEEP);
+        view.quality.refraction = VIEW_REFRACTION_OFF; /* images_refraction compares it */
         char name[32];
         struct image drawn = shoot_color(renderer, &rig, &view);
         view.quality.shadows = SHADOWS_RAYTRACED;
@@ -129,7 +130,7 @@ static void what_frames_keep_changes_no_bit(void **state)
         shoot_series(renderer, techniques[t], times, COUNT, kept);
         renderer_destroy(renderer);
         renderer = render_rig_create_as(
-            &(struct renderer_desc){.is_strict = true, .redraws_surfaces = true});
+            &(struct renderer_desc){.is_strict = true, .hooks.redraws_surfaces = true});
         for (int i = 0; i < COUNT; i++) /* of a scene that was just opened */
             shoot_series(renderer, techniques[t], &times[i], 1, &alone[i]);
         renderer_destroy(renderer);

@@ -146,6 +146,81 @@ static void glass_colours_the_sky_and_a_closed_room_is_dark(void **state)
     detach_map(renderer, map);
 }
 
+/* How rasterised pictures come to light and shadow beside the map's. */
+static const struct {
+    const char *name;
+    enum shadow_technique shadows;
+    int samples;
+    bool has_lamp; /* so dark that it is not seen */
+} rasterised[] = {
+    {"no light", SHADOWS_NONE, 1, false},
+    {"no light, antialiased", SHADOWS_NONE, 4, false},
+    {"deep", SHADOWS_DEEP, 1, true},
+    {"deep, antialiased", SHADOWS_DEEP, 4, true},
+    {"traced shadows", SHADOWS_RAYTRACED_SHADOWS, 1, true},
+    {"traced shadows, antialiased", SHADOWS_RAYTRACED_SHADOWS, 4, true},
+};
+
+static double mean_of(const struct image *image)
+{
+    double mean[3];
+    image_mean(image, (double[]){0, 0, 1, 1}, mean);
+    return mean[0] + mean[1] + mean[2];
+}
+
+/* The same of rasterised pictures whose environment is seen by rays; without rays the closed room
+ * is as bright as under the open sky. The open room is as the reference has it. */
+static void rasterised_rooms_are_lit_through_their_roofs(void **state)
+{
+    struct renderer *renderer = *state;
+    static const struct view_light lamp = {
+        .type = SCENE_LIGHT_POINT, .position = {0, 1, 0}, .color = {1, 1, 1}, .intensity = 1e-12F};
+    struct environment *map;
+    struct rig_scene rooms[3];
+    attach_map(renderer, true, &map);
+    for (int roof = 0; roof < 3; roof++)
+        open_room(&rooms[roof], renderer, (enum roof)roof);
+    struct view exact = look(true);
+    exact.quality.environment_samples = 1024;
+    struct image reference = shoot_color(renderer, &rooms[ROOF_NONE], &exact);
+    for (size_t i = 0; i < sizeof rasterised / sizeof *rasterised; i++) {
+        struct image images[4];
+        struct view view = look(false);
+        view.quality = (struct view_quality){.shadows = rasterised[i].shadows,
+                                             .samples = rasterised[i].samples,
+                                             .environment_samples = 256,
+                                             .environment_visibility = VIEW_VISIBILITY_RAYS};
+        view.lights = &lamp;
+        view.light_count = rasterised[i].has_lamp;
+        for (int roof = 0; roof < 3; roof++)
+            images[roof] = shoot_color(renderer, &rooms[roof], &view);
+        view.quality.environment_visibility = VIEW_VISIBILITY_NONE;
+        images[3] = shoot_color(renderer, &rooms[ROOF_OPAQUE], &view);
+        double worst = 0, brightness = mean_of(&images[ROOF_NONE]) / mean_of(&reference);
+        for (int p = 0; p < SIZE * SIZE; p++) {
+            const float *bare = image_pixel_f32(&images[ROOF_NONE], p % SIZE, p / SIZE);
+            const float *glazed = image_pixel_f32(&images[ROOF_PANE], p % SIZE, p / SIZE);
+            const float *dark = image_pixel_f32(&images[ROOF_OPAQUE], p % SIZE, p / SIZE);
+            const float *lit = image_pixel_f32(&images[3], p % SIZE, p / SIZE);
+            for (int k = 0; k < 3; k++) {
+                worst = fmax(worst, fabs((double)(glazed[k] / bare[k]) - tint[k]));
+                assert_true((double)dark[k] < 1e-9);
+                assert_true((double)lit[k] > 0.15);
+            }
+        }
+        print_message("%s: glass off by %.1e, brightness %.4f of the reference's\n",
+                      rasterised[i].name, worst, brightness);
+        assert_true(worst <= 2e-5);
+        assert_true(fabs(brightness - 1) <= 0.01);
+        for (int roof = 0; roof < 4; roof++)
+            image_finish(&images[roof]);
+    }
+    image_finish(&reference);
+    for (int roof = 0; roof < 3; roof++)
+        rig_scene_finish(&rooms[roof], renderer);
+    detach_map(renderer, map);
+}
+
 /* A floor and a wall far from each other, seen one at a time. */
 static void open_planes(struct rig_scene *rig, struct renderer *renderer)
 {
@@ -195,6 +270,59 @@ static void a_half_white_sky_lights_floors_fully_and_walls_by_half(void **state)
         expect_mean(renderer, &rig, &view, 1.5, 0.003);
     }
     rig_scene_finish(&rig, renderer);
+    detach_map(renderer, map);
+}
+
+/* A leaf under a sky that is white above the horizon, seen from below: what it shows is the light
+ * of the other side, share * color * L. A lid over it, seen by rays, leaves nothing. */
+static void a_leaf_shows_the_sky_behind_it(void **state)
+{
+    struct renderer *renderer = *state;
+    static const double share = 0.6, color[3] = {0.4, 0.8, 0.2}; /* of 8 bits */
+    struct environment *map;
+    attach_map(renderer, true, &map);
+    for (int has_lid = 0; has_lid < 2; has_lid++) {
+        struct rig_scene rig;
+        struct error err = {0};
+        struct glb_builder *builder = glb_builder_create("Leaf", &err);
+        struct shape shape = {0};
+        struct glb_material_desc leaf = diffuse(grey), lid = diffuse(grey);
+        assert_non_null(builder);
+        lid.name = "Lid";
+        leaf.diffuse_transmission = share;
+        memcpy(leaf.diffuse_transmission_color, color, sizeof color);
+        shape_add_quad(&shape, (double[]){-1, 0, 1}, (double[]){2, 0, 0}, (double[]){0, 0, -2});
+        give(&shape, builder, &leaf);
+        shape_add_quad(&shape, (double[]){-1e3, 1, 1e3}, (double[]){2e3, 0, 0},
+                       (double[]){0, 0, -2e3});
+        if (has_lid)
+            give(&shape, builder, &lid);
+        finish(builder, &rig, renderer, has_lid ? "leaf under a lid" : "leaf");
+        for (int form = 0; form < 4; form++) {
+            struct view view = look(form == 1);
+            view.camera = (struct view_camera){.kind = VIEW_CAMERA_LOOK_AT,
+                                               .eye = {0, -2, 0},
+                                               .up = {0, 0, -1},
+                                               .ortho_height = 1.5};
+            view.quality.environment_samples = 1024;
+            if (form >= 2)
+                view.quality.shadows = SHADOWS_DEEP;
+            view.quality.environment_visibility =
+                form == 3 ? VIEW_VISIBILITY_RAYS : VIEW_VISIBILITY_NONE;
+            struct image image = shoot_color(renderer, &rig, &view);
+            double mean[3];
+            image_mean(&image, (double[]){0, 0, 1, 1}, mean);
+            for (int k = 0; k < 3; k++) {
+                double expected = has_lid && form != 2 ? 0 : share * color[k];
+                if (!(fabs(mean[k] - expected) <= 0.004 * color[k]))
+                    fail_msg("form %d, lid %d: mean %.8g, expected %.8g", form, has_lid, mean[k],
+                             expected);
+            }
+            image_finish(&image);
+        }
+        shape_finish(&shape);
+        rig_scene_finish(&rig, renderer);
+    }
     detach_map(renderer, map);
 }
 
@@ -250,7 +378,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(glass_colours_the_sky_and_a_closed_room_is_dark),
+        cmocka_unit_test(rasterised_rooms_are_lit_through_their_roofs),
         cmocka_unit_test(a_half_white_sky_lights_floors_fully_and_walls_by_half),
+        cmocka_unit_test(a_leaf_shows_the_sky_behind_it),
         cmocka_unit_test(a_white_sphere_vanishes_in_a_white_furnace),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);

@@ -227,6 +227,55 @@ static void the_least_recently_used_map_is_released(void **state)
     environment_destroy(map);
 }
 
+/* Shows three maps, twice in turn, within the budget. bytes: what was taken after each picture. */
+static void show_in_turn(uint64_t budget_bytes, struct image images[6], uint64_t bytes[6])
+{
+    struct renderer *renderer =
+        render_rig_create_as(&(struct renderer_desc){.gpu_budget_bytes = budget_bytes});
+    struct environment *maps[3] = {make_map(), make_map(), make_map()};
+    struct rig_scene rig;
+    int released = 0;
+    open_pane(&rig, renderer);
+    for (int i = 0; i < 6; i++) {
+        const struct environment *map = maps[i % 3];
+        struct view view = look();
+        struct renderer_info info;
+        const char key[] = {(char)('a' + i % 3), '\0'};
+        view.environment_key = key;
+        view.environment_rotation_deg = 40 * (i % 3);
+        view.quality.shadows = SHADOWS_DEEP;
+        attach(renderer, key, map, &released);
+        images[i] = shoot_color(renderer, &rig, &view);
+        expect_background(&view, map, &images[i], 1e-3);
+        renderer_get_info(renderer, &info);
+        bytes[i] = info.used_bytes;
+    }
+    rig_scene_finish(&rig, renderer);
+    renderer_destroy(renderer);
+    for (int i = 0; i < 3; i++)
+        environment_destroy(maps[i]);
+}
+
+/* A map takes 2.1 MB of the device: 512 x 256 texels of 12 bytes, and their smaller levels. */
+static void maps_that_no_frame_shows_leave_a_device_that_is_full(void **state)
+{
+    (void)state;
+    const uint64_t map_bytes = 2100000;
+    struct image ample[6], tight[6];
+    uint64_t bytes[6], budget;
+    show_in_turn(0, ample, bytes);
+    assert_true(bytes[1] >= bytes[0] + map_bytes && bytes[2] >= bytes[1] + map_bytes);
+    assert_true(bytes[5] < bytes[2] + map_bytes);
+    budget = bytes[0] + map_bytes / 2;
+    show_in_turn(budget, tight, bytes);
+    for (int i = 0; i < 6; i++) {
+        assert_true(bytes[i] <= budget);
+        assert_memory_equal(ample[i].pixels, tight[i].pixels, sizeof(float) * 4 * SIZE * SIZE);
+        image_finish(&ample[i]);
+        image_finish(&tight[i]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -234,5 +283,9 @@ int main(void)
         cmocka_unit_test(what_views_ask_of_it_is_checked),
         cmocka_unit_test(the_least_recently_used_map_is_released),
     };
-    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
+    const struct CMUnitTest own_renderers[] = {
+        cmocka_unit_test(maps_that_no_frame_shows_leave_a_device_that_is_full),
+    };
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown) +
+           cmocka_run_group_tests(own_renderers, NULL, NULL);
 }

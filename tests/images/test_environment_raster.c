@@ -72,7 +72,7 @@ static struct view look(void)
         .width_px = SIZE,
         .height_px = SIZE,
         .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {0, 1, 5}, .fov_y_deg = 26},
-        .environment_key = "studio",
+        .environment_key = VIEW_STUDIO_KEY,
         .environment_rotation_deg = 30,
         .environment_intensity = 1,
         .environment_is_background = true,
@@ -83,11 +83,6 @@ static struct view look(void)
 static void rasterised_spheres_are_near_the_reference(void **state)
 {
     struct renderer *renderer = *state;
-    struct error err = {0};
-    struct environment *studio = environment_create_studio(&err);
-    assert_non_null(studio);
-    const struct renderer_environment_desc desc = {.key = "studio", .environment = studio};
-    assert_true(renderer_attach_environment(renderer, &desc, &err));
     for (int i = 0; i < BALLS; i++) {
         struct rig_scene rig;
         struct view view = look();
@@ -109,8 +104,6 @@ static void rasterised_spheres_are_near_the_reference(void **state)
         image_finish(&traced);
         rig_scene_finish(&rig, renderer);
     }
-    renderer_detach_environment(renderer, "studio");
-    environment_destroy(studio);
 }
 
 int main(void)

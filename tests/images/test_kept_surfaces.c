@@ -28,7 +28,7 @@ static void series_begin(struct series *series, bool redraws)
     series->redraws = redraws;
     series->count = 0;
     series->renderer = render_rig_create_as(
-        &(struct renderer_desc){.is_strict = true, .redraws_surfaces = redraws});
+        &(struct renderer_desc){.is_strict = true, .hooks.redraws_surfaces = redraws});
     rig_demo_open(&series->rig, series->renderer, "demo", 64);
 }
 

@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "glb/shapes.h"
 #include "tests/support/closed_form_media.h"
 #include "tests/support/image_checks.h"
 #include "tests/support/techniques.h"
@@ -175,6 +176,116 @@ static void programs_of_media_and_of_cuts_link(void **state)
     closed_form_scene_finish(&body);
 }
 
+/* Lobes of one word: clearcoat, sheen, specular; and of two: film, grain, leaf. */
+static const struct glb_material_desc lobes[2] = {
+    {.base_color = {0.6, 0.1, 0.1, 1},
+     .roughness = 0.7,
+     .clearcoat = 1,
+     .clearcoat_roughness = 0.2,
+     .sheen_color = {0.9, 0.6, 0.3},
+     .sheen_roughness = 0.4,
+     .has_specular = true,
+     .specular = 0.5,
+     .specular_color = {1, 1, 1}},
+    {.base_color = {0.2, 0.5, 0.1, 1},
+     .metallic = 0.5,
+     .roughness = 0.5,
+     .is_double_sided = true,
+     .clearcoat = 1,
+     .sheen_color = {0.5, 0.5, 0.5},
+     .iridescence = 1,
+     .film_most_nm = 400,
+     .anisotropy = 0.6,
+     .diffuse_transmission = 0.5,
+     .diffuse_transmission_color = {0.5, 0.9, 0.1}},
+};
+
+/* An opaque sphere, and one of glass. */
+static void open_lobes(struct warm_scene *scene, const struct glb_material_desc *material)
+{
+    struct error err = {0};
+    struct glb_builder *builder = glb_builder_create("Lobes", &err);
+    struct shape shape = {0};
+    size_t size_bytes;
+    void *glb;
+    for (int i = 0; i < 2; i++) {
+        struct glb_material_desc own = *material;
+        own.transmission = i ? 0.8 : 0;
+        shape_add_sphere(&shape, (double[]){0, 0, 0}, 1, 16, 8);
+        const struct glb_node_desc node = {
+            .mesh =
+                shape_give_mesh(&shape, builder, "Sphere", glb_builder_add_material(builder, &own)),
+            .translation = {2.2 * i, 0, 0}};
+        glb_builder_add_node(builder, &node);
+    }
+    if (!glb_builder_finish(builder, &glb, &size_bytes, &err))
+        fail_msg("%s", err.message);
+    glb_builder_destroy(builder);
+    *scene = (struct warm_scene){.renderer = render_rig_create()};
+    rig_scene_open(&scene->rig, scene->renderer, "lobes", glb, size_bytes);
+    free(glb);
+}
+
+static const struct view_light lamp = {
+    .type = SCENE_LIGHT_POINT, .position = {1, 3, 5}, .color = {1, 1, 1}, .intensity = 90};
+
+static void programs_of_lobes_link(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        struct warm_scene scene;
+        struct view view = view_by(SHADOWS_DEEP);
+        open_lobes(&scene, &lobes[i]);
+        view.lights = &lamp;
+        view.light_count = 1;
+        for (int samples = 1; samples <= 4; samples += 3) {
+            view.quality.samples = samples;
+            link_all(&scene, &view);
+        }
+        close_scene(&scene);
+    }
+}
+
+static struct environment *attach_studio(struct renderer *renderer)
+{
+    struct error err = {0};
+    struct environment *studio = environment_create_studio(&err);
+    const struct renderer_environment_desc desc = {.key = "studio", .environment = studio};
+    if (!studio || !renderer_attach_environment(renderer, &desc, &err))
+        fail_msg("%s", err.message);
+    return studio;
+}
+
+/* Beside a lamp, seen behind the scene. */
+static void link_under_the_studio(struct warm_scene *scene, int samples)
+{
+    struct environment *studio = attach_studio(scene->renderer);
+    struct view view = view_by(SHADOWS_DEEP);
+    view.quality.samples = samples;
+    view.lights = &lamp;
+    view.light_count = 1;
+    view.environment_key = "studio";
+    view.environment_intensity = 1;
+    view.environment_is_background = true;
+    link_all(scene, &view);
+    renderer_detach_environment(scene->renderer, "studio");
+    environment_destroy(studio);
+}
+
+static void programs_of_environments_link(void **state)
+{
+    struct warm_scene scene;
+    (void)state;
+    open_demo(&scene);
+    link_under_the_studio(&scene, 1);
+    close_scene(&scene);
+    for (int i = 0; i < 2; i++) {
+        open_lobes(&scene, &lobes[i]);
+        link_under_the_studio(&scene, 4);
+        close_scene(&scene);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -183,6 +294,8 @@ int main(void)
         cmocka_unit_test(programs_that_sort_long_lists_link_before_any_list_is_counted),
         cmocka_unit_test(programs_of_approximated_and_filtered_lists_link),
         cmocka_unit_test(programs_of_media_and_of_cuts_link),
+        cmocka_unit_test(programs_of_lobes_link),
+        cmocka_unit_test(programs_of_environments_link),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

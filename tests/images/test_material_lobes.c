@@ -244,7 +244,9 @@ static struct view look(bool is_sky, size_t lamp_count)
         .has_environment = is_sky,
         .sky = {1, 0.9, 0.8},
         .ground = {0.1, 0.2, 0.3},
-        .quality = {.samples = 1, .shadows = SHADOWS_RAYTRACED_SHADOWS}};
+        .quality = {.samples = 1,
+                    .shadows = SHADOWS_RAYTRACED_SHADOWS,
+                    .refraction = VIEW_REFRACTION_OFF}}; /* which has tests of its own */
 }
 
 /* The surfaces of the G-buffer have 8 and 16 bits, and silhouettes may fall on either side. */

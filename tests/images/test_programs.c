@@ -34,7 +34,7 @@ static void open_short(struct program_case *c, uint64_t gpu_budget_bytes, uint64
     *c = (struct program_case){
         .renderer = renderer_create(&(struct renderer_desc){.is_strict = true,
                                                             .gpu_budget_bytes = gpu_budget_bytes,
-                                                            .loop_steps = loop_steps},
+                                                            .hooks.loop_steps = loop_steps},
                                     &err)};
     if (!c->renderer)
         fail_msg("%s", err.message);
@@ -302,9 +302,9 @@ static void slices_build_what_is_listed(void **state)
                 struct error err = {0};
                 if (!renderer_render(c.renderer, c.rig.key, &view, &frame, &err))
                     continue; /* not one light has room */
-                sliced += frame.report.counts.light_slices > 1;
-                assert_int_equal(frame.report.counts.light_slices > 1,
-                                 lists(&c, &view, "HAS_LIGHT_SLICE", true));
+                sliced += frame.report.counts.light_chunks > 1;
+                assert_int_equal(frame.report.counts.light_chunks > 1,
+                                 lists(&c, &view, "HAS_LIGHT_CHUNK", true));
                 frame_finish(&frame);
                 assert_int_equal(check_programs(&c, &view), 0);
             }
@@ -318,7 +318,7 @@ static void slices_build_what_is_listed(void **state)
     assert_true(check_programs(&c, &view) > 0);
     close_case(&c);
     open_demo(&c);
-    assert_false(lists(&c, &view, "HAS_LIGHT_SLICE", false)); /* 12 lights never are too many */
+    assert_false(lists(&c, &view, "HAS_LIGHT_CHUNK", false)); /* 12 lights never are too many */
     close_case(&c);
 }
 

@@ -481,7 +481,7 @@ static void auto_traces_area_lights_and_maps_draw_their_centre(void **unused)
     assert_false(traced.report.error_is_exact);
     view.quality.shadows = SHADOWS_MAP;
     struct frame mapped = shoot(renderer, rig.key, &view);
-    assert_true(has_text(&mapped.report, "drawn from the centre"));
+    assert_true(has_text(&mapped.report, "hard shadow, from the centre"));
     save_picture(&traced.outputs[VIEW_OUTPUT_COLOR], "area_raytraced");
     save_picture(&mapped.outputs[VIEW_OUTPUT_COLOR], "area_map");
     int shadowed = 0, penumbra = 0;

@@ -85,38 +85,45 @@ static void production_equals_the_reference(void **state)
     closed_form_scene_finish(&room);
 }
 
-/* Four samples of production and of the rasteriser lie at the same places, so that the edges of
- * opaque and transparent surfaces have the same coverage: a mirrored pattern would show along all
- * of them. */
-static void production_samples_where_the_rasteriser_does(void **state)
+/* Four and eight samples of production and of the rasteriser lie at the same places, so that the
+ * edges of opaque and transparent surfaces have the same coverage: a mirrored pattern would show
+ * along all of them. */
+static void compare_samples(struct renderer *renderer, int samples)
 {
     struct closed_form_scene scene;
     struct rig_scene rig;
     struct error err = {0};
     room_scene_build(&(struct room_scene_desc){.light_count = 20, .seed = 3, .glass_spheres = 15},
                      &scene);
-    open_scene(&rig, *state, &scene);
-    struct view view = make_view("Room", 4);
+    open_scene(&rig, renderer, &scene);
+    struct view view = make_view("Room", samples);
     view.quality.shadows = SHADOWS_NONE;
-    struct frame raster = frame_of(*state, &rig, &view);
+    struct frame raster = frame_of(renderer, &rig, &view);
     struct scene_state scene_state;
     struct camera camera;
     struct image traced;
     assert_true(scene_state_init(&scene_state, &rig.imported.scene, &view, &err));
     assert_true(camera_resolve(&camera, &view, &scene_state, &err));
     struct raytrace_desc desc = {
-        .view = &view, .state = &scene_state, .camera = &camera, .samples_per_side = 2};
+        .view = &view, .state = &scene_state, .camera = &camera, .samples = samples};
     assert_true(raytrace_render(&desc, &traced, NULL, &err));
     double share = image_share_differing(&raster.outputs[VIEW_OUTPUT_COLOR], &traced, 5e-3, 1);
-    printf("room at 4 samples: %.2f %% of pixels differ by more than 5e-3\n", 100 * share);
+    printf("room at %d samples: %.2f %% of pixels differ by more than 5e-3\n", samples,
+           100 * share);
     save_picture(&traced, "forms_samples_traced");
     save_picture(&raster.outputs[VIEW_OUTPUT_COLOR], "forms_samples_raster");
     assert_true(share < 0.01);
     image_finish(&traced);
     scene_state_finish(&scene_state);
     frame_finish(&raster);
-    rig_scene_finish(&rig, *state);
+    rig_scene_finish(&rig, renderer);
     closed_form_scene_finish(&scene);
+}
+
+static void production_samples_where_the_rasteriser_does(void **state)
+{
+    compare_samples(*state, 4);
+    compare_samples(*state, 8);
 }
 
 /* -- all triangles, one by one -- */

@@ -55,8 +55,7 @@ static double compare_bare(struct renderer *renderer, const struct rig_scene *ri
     struct image raster = shoot_color(renderer, rig, &view);
     assert_true(scene_state_init(&state, &rig->imported.scene, &view, &err));
     assert_true(camera_resolve(&camera, &view, &state, &err));
-    struct raytrace_desc desc = {
-        .view = &view, .state = &state, .camera = &camera, .samples_per_side = 2};
+    struct raytrace_desc desc = {.view = &view, .state = &state, .camera = &camera, .samples = 4};
     assert_true(raytrace_render(&desc, &traced, NULL, &err));
     double share = image_share_differing(&raster, &traced, tolerance, 1);
     image_finish(&traced);

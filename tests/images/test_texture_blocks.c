@@ -96,13 +96,13 @@ static struct distance measure(uint64_t budget, uint32_t from_levels, bool compr
     struct distance distance = {
         extreme_rmse(&again.outputs[VIEW_OUTPUT_COLOR], &reference->outputs[VIEW_OUTPUT_COLOR]),
         flip_of(&again, reference)};
-    print_message("%.2f MiB of %.1f, %s: relative RMSE %.5f, FLIP %.5f; bias %u, %llu compressed "
+    print_message("%.2f MiB of %.1f, %s: relative RMSE %.5f, FLIP %.5f; bias %llu, %llu compressed "
                   "(%.1f MiB, RMSE %.4f), %.0f ms\n",
                   (double)budget / MIB, (double)t->wanted_bytes / MIB,
                   compresses ? "colours compressed" : "levels withheld", distance.rmse,
-                  distance.flip, t->level_bias, (unsigned long long)t->compressed_count,
-                  (double)t->compressed_bytes / MIB, t->compressed_rmse,
-                  first.report.textures.upload_ms);
+                  distance.flip, (unsigned long long)t->level_bias,
+                  (unsigned long long)t->compressed_count, (double)t->compressed_bytes / MIB,
+                  t->compressed_rmse, first.report.textures.upload_ms);
     frame_finish(&first);
     frame_finish(&again);
     rig_scene_finish(&rig, renderer);

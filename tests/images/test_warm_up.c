@@ -63,7 +63,9 @@ static struct built build(struct fixture *fixture, const struct view *view)
 {
     struct frame frame;
     struct error err = {0};
-    if (!renderer_build(fixture->renderer, fixture->demo.key, view, &frame, &err))
+    struct auto_choice choice;
+    const struct view chosen = rig_choose(fixture->renderer, fixture->demo.key, view, &choice);
+    if (!renderer_build(fixture->renderer, fixture->demo.key, &chosen, &frame, &err))
         fail_msg("%s", err.message);
     struct built built = {frame.report.counts.shadow_maps_built, count_trees(&frame.report)};
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)

@@ -29,7 +29,7 @@ def needs_browser():
 class Browser:
     """One window. Leaves nothing behind."""
 
-    def __init__(self, width=1280, height=800, phone=False, dark=True):
+    def __init__(self, width=1280, height=800, phone=False, dark=True, webgl=False):
         self.folder = tempfile.TemporaryDirectory(prefix="vitrail-page-")
         self.driver = subprocess.Popen(
             [DRIVER, "--port=0", "--log-level=SEVERE"], stdout=subprocess.PIPE,
@@ -50,6 +50,8 @@ class Browser:
                      f"--user-data-dir={self.folder.name}/profile",
                      f"--window-size={width},{height}"],
         }
+        if webgl:  # on the processor
+            options["args"] += ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
         if phone:
             options["mobileEmulation"] = {"deviceMetrics": {
                 "width": width, "height": height, "pixelRatio": 1.0, "touch": True}}
@@ -58,6 +60,7 @@ class Browser:
             "browserName": "chrome", "goog:chromeOptions": options,
             "goog:loggingPrefs": {"browser": "ALL"}}}})
         self.session = f"/session/{made['sessionId']}"
+        self.call("POST", f"{self.session}/timeouts", {"script": 110000})
         self.scheme("dark" if dark else "light")
         if not phone:
             self.cdp("Emulation.setDeviceMetricsOverride",

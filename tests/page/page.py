@@ -14,7 +14,8 @@ REAL = os.path.join(support.BIN, "vitraild")
 support.needs(REAL)
 needs_browser()
 
-SETTLED = "return document.getElementById('picture').dataset.exact === 'true'"
+EXACT = "return document.getElementById('picture').dataset.exact === 'true'"
+SETTLED = "return document.getElementById('picture').dataset.settled === 'true'"
 FRAMES = "return Number(document.getElementById('picture').dataset.frames ?? 0)"
 HANDLE = """const found = document.querySelector(`[data-handle=${arguments[0]}] .gizmo-tip`);
   const box = found.getBoundingClientRect();
@@ -103,8 +104,8 @@ class PageTest(unittest.TestCase):
         self.assertEqual([], [line for line in self.browser.log() if not self.is_expected(line)])
 
     def is_expected(self, line):
-        # what asks how far a picture is may come when the picture is there
-        if "/v1/renders/js-" in line and "a status of 404" in line:
+        # what asks how far a picture or a reading is may come when it is done
+        if ("/v1/renders/js-" in line or "/v1/uploads/js-" in line) and "a status of 404" in line:
             return True
         return "the server responded with a status of 4" in line and self.expects_refusal
 
@@ -115,9 +116,11 @@ class PageTest(unittest.TestCase):
         return self.settle()
 
     def settle(self, after=0):
-        """The exact picture of what shows now, once it came and nothing followed it."""
-        self.browser.wait(f"{SETTLED} && Number(document.getElementById('picture').dataset.frames)"
-                          f" > {after}", "the exact picture is there")
+        """The refined picture of what shows now, once it came and nothing followed it."""
+        newer = f" && Number(document.getElementById('picture').dataset.frames) > {after}"
+        self.browser.wait(EXACT + newer, "the exact picture is there")
+        # which is drawn four times more
+        self.browser.wait(SETTLED + newer, "the refined picture is there", timeout_s=160)
         while True:
             frames = self.browser.run(FRAMES)
             self.browser.run("return new Promise((done) => setTimeout(done, 350))")
@@ -157,9 +160,19 @@ class PageTest(unittest.TestCase):
           .getBoundingClientRect(); return [box.x, box.y, box.width, box.height];""")
         return box[0] + box[2] / 2, box[1] + box[3] / 2
 
+    def only_view(self):
+        """The summary of the page's view, once that of a page which was left is gone."""
+        views = []
+
+        def is_one():
+            views[:] = self.daemon.request("GET", "/v1/views").json()["views"]
+            return len(views) == 1
+        support.wait_until(is_one, "the page has one view", timeout_s=60)
+        return views[0]
+
     def view(self):
         """All members of the view that the page shows, as the server has them."""
-        [summary] = self.daemon.request("GET", "/v1/views").json()["views"]
+        summary = self.only_view()
         return self.daemon.request("GET", f"/v1/views/{summary['id']}").json()["view"]
 
     def handle(self, name):

@@ -36,6 +36,13 @@ class Environment(PageTest):
             .find((one) => one.labels[0].textContent === arguments[0]);
           input.click();""", label)
 
+    def test_studio_lighting_is_a_switch(self):
+        self.lights()
+        self.changed_by(lambda: self.enter("Studio lighting", "on", "#panel-lights"))
+        self.assertEqual("on", self.view()["studio"])
+        self.changed_by(lambda: self.press("Undo"))
+        self.assertEqual("auto", self.view()["studio"])
+
     def test_the_studio_lights_the_view_and_undo_takes_it_back(self):
         self.lights()
         self.assertEqual(["None", "Studio"], self.choices())

@@ -72,7 +72,7 @@ class Maps(PageTest):
         self.point(x + 30, y - 20)
         text = self.browser.wait(PLACE, "the place is said")
         self.assertTrue(text.endswith("Pane · Pane material"), text)
-        [view] = self.daemon.request("GET", "/v1/views").json()["views"]
+        view = self.only_view()
         path = f"/v1/views/{view['id']}/pick?x={view['width'] / 2 + 30}&y={view['height'] / 2 - 20}"
         hit = self.daemon.request("GET", path).json()["hit"]
         said = [float(value) for value in re.match(r"(\S+)  (\S+)  (\S+) m", text).groups()]

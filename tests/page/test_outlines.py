@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is drawn over the picture: the outline of the selection, and feature edges."""
+"""What is drawn beside the scene: the outline of the selection, feature edges, and the ground."""
 from page import PageTest, support
 
 
@@ -21,6 +21,18 @@ class Outlines(PageTest):
         self.assertEqual(first, self.changed_by(lambda: self.browser.keys("Escape")))
         self.assertIsNone(self.view()["highlight"])
 
+    def test_the_ground_catches_shadows(self):
+        self.load()
+        self.assertIsNone(self.view()["ground_plane"])
+        self.panel("render")
+        shown = self.changed_by(lambda: self.check("Shadows on the ground"))
+        self.assertEqual({"height": None}, self.view()["ground_plane"])
+        self.changed_by(lambda: self.enter("Height of the ground", -0.5, "#panel-render"))
+        self.assertEqual({"height": -0.5}, self.view()["ground_plane"])
+        self.assertEqual(shown, self.changed_by(lambda: self.press("Undo")))
+        self.changed_by(lambda: self.press("Undo"))
+        self.assertIsNone(self.view()["ground_plane"])
+
     def test_selecting_shades_nothing_again(self):
         self.load()
         quick = self.daemon.stats()["views"]["moving_frames"]
@@ -37,10 +49,8 @@ class Outlines(PageTest):
         self.assertEqual(quick, self.daemon.stats()["views"]["moving_frames"])
 
     def report(self):
-        """Of the exact picture of the view that the page shows."""
-        [view] = self.daemon.request("GET", "/v1/views").json()["views"]
-        image = self.daemon.request("GET", f"/v1/views/{view['id']}/image?format=png")
-        frame = image.header("Link").split(">")[0].rpartition("/")[2]
+        """Of the picture that the page shows."""
+        frame = self.browser.run("return document.getElementById('picture').dataset.frame")
         return self.daemon.request("GET", "/v1/frames/" + frame).json()
 
     def test_the_outline_can_be_left_away(self):

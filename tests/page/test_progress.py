@@ -1,8 +1,13 @@
 # SPDX-License-Identifier: MIT
 """How far a picture is that takes long."""
+import os
 import re
+import sys
 
 from page import PageTest, support
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bench"))
+from assembly import write_assembly  # noqa: E402
 
 LISTEN = """window.told = [];
   const box = document.getElementById('frame-progress');
@@ -16,7 +21,7 @@ class Progress(PageTest):
     size = (640, 420)
 
     def patch(self, **members):
-        (view,) = self.daemon.request("GET", "/v1/views").json()["views"]
+        view = self.only_view()
         reply = self.daemon.request("PATCH", "/v1/views/" + view["id"], members)
         self.assertEqual(200, reply.status, reply.body)
 
@@ -42,6 +47,23 @@ class Progress(PageTest):
         self.browser.keys("2")
         self.assertTrue(self.browser.wait(HIDDEN, "no bar", timeout_s=2))
         self.patch(quality={"reference": False, "samples": 1})
+
+    def test_a_large_upload_says_how_far_its_reading_is(self):
+        path = os.path.join(self.daemon.folder.name, "assembly.glb")
+        write_assembly(path, 20_000, 200, 24_000)
+        self.load()
+        self.browser.run("""window.read = new Set();
+          new MutationObserver(() => window.read.add(
+            document.querySelector('.uploading .fine')?.textContent)).observe(
+              document.body, { childList: true, characterData: true, subtree: true });""")
+        self.browser.type("#scene-files", path)
+        told = self.browser.wait("""
+          const told = [...window.read].filter((text) => text?.startsWith('decoding:'));
+          return told.length && told""", "the stage of reading", timeout_s=120)
+        self.browser.run("document.querySelector('.uploading button').click()")
+        for text in told:
+            self.assertRegex(text, r"^decoding: (file|meshes|nodes|outline)(, \d+ %)?$")
+        self.browser.wait("return !document.querySelector('.uploading')", "it is cancelled")
 
 
 if __name__ == "__main__":

@@ -43,6 +43,20 @@ class Looking(PageTest):
         back = self.changed_by(lambda: self.press("Orthographic (O)"))
         self.assertEqual(front, back)
 
+    def test_the_picture_at_rest_is_refined_and_a_control_changes_that(self):
+        refined = self.load()
+        self.panel("render")
+        told = "return document.getElementById('status-frame').textContent"
+        self.assertIn("refined", self.browser.run(told))
+        choose = """const labels = [...document.querySelectorAll('#panel-render label')];
+          const label = labels.find((one) => one.textContent.startsWith('Samples at rest'));
+          const select = document.getElementById(label.htmlFor);
+          select.value = arguments[0]; select.dispatchEvent(new Event('change'));"""
+        exact = self.changed_by(lambda: self.browser.run(choose, "0"))
+        self.assertIn("exact", self.browser.run(told))
+        self.assertNotEqual(refined, exact)
+        self.assertEqual(refined, self.changed_by(lambda: self.browser.run(choose, "16")))
+
     def test_every_line_shows_the_same_exact_picture(self):
         pictures = [self.load(f"?line={line}") for line in ("socket", "stream", "stills")]
         self.assertEqual(pictures[0], pictures[1])
@@ -252,7 +266,7 @@ class Keeping(PageTest):
             self.press("Save the picture")
             self.browser.run("""
               for (const input of document.querySelectorAll('#help input')) {
-                input.value = 4000; input.dispatchEvent(new Event('change'));
+                input.value = 2000; input.dispatchEvent(new Event('change'));
               }
               window.told = [];
               const words = document.querySelector('#help .primary span');

@@ -15,7 +15,8 @@ FOLDERS = {"server", "protocol", "renderer", "shaders", "glb", "clients", "tests
 ARROWS = {
     "protocol": {"protocol"},
     "renderer": {"renderer", "shaders", "protocol/error.h", "protocol/lobe_members.h",
-                 "protocol/quality_defaults.h", "protocol/scene_format.h",
+                 "protocol/quality_defaults.h", "protocol/quality_setting.h",
+                 "protocol/report_counts.h", "protocol/scene_format.h",
                  "protocol/shadow_technique.h", "protocol/transparency.h"},
     "glb": {"glb", "protocol"},
     "server": {"server", "protocol", "renderer", "glb/demo_scene.h"},
@@ -103,10 +104,13 @@ ROOMS = {
         "server/base server/mapping server/http renderer/base renderer/image/image.h"
         " renderer/scene/scene_blob.h renderer/environment/environment_blob.h",
     "server/tradeoffs": "server/base server/mapping server/front",
+    "server/jobs":
+        "server/base server/mapping server/front server/tradeoffs renderer/image/image.h",
     "server/views":
         "server/base server/http server/front server/tradeoffs renderer/image/image.h",
     "server/routes":
-        "server/base server/mapping server/http server/front server/tradeoffs server/views"
+        "server/base server/mapping server/http server/front server/tradeoffs server/jobs"
+        " server/views"
         " renderer/import/extensions.h",
     # the decoder
     "server/decoder":
@@ -121,7 +125,7 @@ GL = {"epoxy", "renderer/gl", "renderer/textures", "renderer/draw", "renderer/wi
       "renderer/transparency", "renderer/shadows", "renderer/shading", "renderer/plan",
       "renderer/renderer.h", "renderer/frame"}
 HTTP = {"microhttpd.h", "wslay", "server/http"}
-FRONT = {"server/front", "server/tradeoffs", "server/views", "server/routes"}
+FRONT = {"server/front", "server/tradeoffs", "server/jobs", "server/views", "server/routes"}
 DECODING = {"server/decoder", "tiny_gltf.h", "renderer/import/import.h",
             "renderer/import/importer.h", "renderer/environment/environment_import.h"}
 
@@ -131,6 +135,7 @@ NEVER_REACHED = {
     "server/http": GL | DECODING | FRONT | {"server/worker"},
     "server/front": GL | DECODING | {"server/worker"},
     "server/tradeoffs": GL | DECODING | {"server/worker"},
+    "server/jobs": GL | DECODING | HTTP | {"server/worker"},
     "server/views": GL | DECODING | {"server/worker"},
     "server/routes": GL | DECODING | {"server/worker"},
     "server/decoder": GL | HTTP | FRONT | {"server/worker", "ini.h", "openssl"},
@@ -142,7 +147,8 @@ HOMES = [
     ("microhttpd.h", ["server/http/http*"]),
     ("tiny_gltf.h", ["renderer/*_shim.cpp"]),
     ("stb_dxt.h", ["renderer/textures/texture_blocks.c"]),
-    ("assimp/*", ["renderer/import/assimp/*_shim.cpp"]),
+    ("assimp/*", ["renderer/import/assimp/*"]),
+    ("*.hxx", ["renderer/import/opencascade/*"]),
     ("zlib.h", ["renderer/import/assimp/units_shim.cpp"]),
     ("OpenImageIO/*", ["renderer/*_shim.cpp"]),
     # tests encode what the renderer decodes
@@ -160,6 +166,8 @@ HOMES = [
     ("EGL/*", []),
     ("jansson.h", ["protocol/*", "glb/*", "server/*", "clients/*", "tests/*"]),
     ("seccomp.h", ["server/decoder/sandbox.c"]),
+    ("sqlite3.h", ["server/jobs/job_store.c"]),
+    ("archive*.h", ["server/routes/job_archive.c"]),
     ("ini.h", ["server/base/config.c"]),
     ("wslay/*", ["server/http/websocket.c"]),
     ("openssl/*", ["server/base/digest.c", "server/http/websocket_accept.c",

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """clang-format would change nothing in C and C++."""
 
+import re
 import subprocess
 import sys
 import unittest
@@ -20,6 +21,16 @@ class Format(unittest.TestCase):
         summary = sorted({line.split(":")[0] for line in faults})
         self.assertEqual(0, done.returncode,
                          "\n".join(["", "run: clang-format -i " + " ".join(summary)] + faults[:20]))
+
+    def test_no_enum_has_its_comment_beside_the_brace(self):
+        """clang-format aligns every enumerator with such a comment."""
+        beside = re.compile(r"^(typedef )?enum \w* ?\{ +(/\*|//)")
+        strays = [f"{path}:{number}" for path in sources.files()
+                  if path.suffix in sources.C_SUFFIXES
+                  for number, line in enumerate(sources.read(path).splitlines(), 1)
+                  if beside.match(line) and not line.rstrip().endswith("};")]
+        self.assertEqual([], strays)
+        self.assertTrue(beside.match("enum kind { /* of a value */"))
 
     def test_a_planted_fault_is_caught(self):
         done = subprocess.run([FORMATTER, "--dry-run", "-Werror", "--assume-filename=a.c"],

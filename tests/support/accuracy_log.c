@@ -46,8 +46,8 @@ void accuracy_log(const struct accuracy_result *result)
     int file = open(VITRAIL_BINARY_DIR "/accuracy/results.jsonl",
                     O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0666);
     ssize_t length = line ? (ssize_t)strlen(line) : -1;
-    if (length < 0 || file < 0 || write(file, line, (size_t)length) != length) /* one write: whole
-                                                                                */
+    /* One write: whole. */
+    if (length < 0 || file < 0 || write(file, line, (size_t)length) != length)
         fprintf(stderr, "accuracy_log: '%s' of '%s' is not written\n", result->metric,
                 result->scene);
     if (file >= 0)

@@ -44,8 +44,8 @@ struct replay_result {
     double later_off; /* whose forecast is off by this factor, either way, >= 1 */
     enum shadow_technique first_technique, later_technique;
 };
-/* The frames teach `learned`, whose earlier lessons count for the first; between two of them the
- * runner-up is timed, where there is one. */
+/* The frames teach `learned`, whose earlier observations count for the first; between two of them
+ * the runner-up is timed, where there is one. */
 struct replay_result replay_run(const struct replay *replay, const struct replay_case *one,
                                 struct learning *learned, const struct replay_trouble *trouble);
 

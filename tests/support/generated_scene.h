@@ -23,8 +23,8 @@ struct generated_scene {
     void *glb;     /* malloc'ed */
     size_t glb_bytes;
     struct view_light lights[GENERATED_LIGHTS_MAX];
-    struct view view; /* color, of these lights, with a camera that LOOKS_AT; size and samples too
-                       */
+    /* Color, of these lights, with a camera that LOOKS_AT; size and samples too. */
+    struct view view;
 };
 
 /* The same scene for the same seed, from 1 on. Its view borrows its lights: not to be moved. */

@@ -24,13 +24,13 @@ struct gl_counts {
     uint64_t by_function[GL_FUNCTION_COUNT];
     uint64_t draws, dispatches;
     uint64_t waits[GL_WAIT_COUNT];
-    uint64_t stalls; /* of them, those behind which the device has nothing to do until it is given
-                        more */
-    uint64_t syncs;  /* glGetError, glCheckFramebufferStatus, link and compile status: a driver that
-                        works in a thread of its own is waited for, the device is not */
+    /* Of them, those behind which the device has nothing to do until it is given more. */
+    uint64_t stalls;
+    uint64_t syncs; /* glGetError, glCheckFramebufferStatus, link and compile status: a driver that
+                       works in a thread of its own is waited for, the device is not */
     uint64_t bytes_up, bytes_down;
-    uint64_t processor_ns; /* of the calling thread within GL: a driver's own threads are not in it
-                            */
+    /* Of the calling thread within GL: a driver's own threads are not in it. */
+    uint64_t processor_ns;
 };
 
 /* Since the counts were installed. */

@@ -40,9 +40,9 @@ const char *gl_function_name(enum gl_function function); /* "glFinish" */
 
 enum gl_timers { GL_TIMERS_AS_THEY_ARE, GL_TIMERS_TRUE, GL_TIMERS_FALSE };
 
-struct gl_hostility {         /* zeroed = the device as it is */
-    bool reuses_names;        /* a deleted object's name is the next one's (Mesa; only before the
-                                 first context) */
+struct gl_hostility { /* zeroed = the device as it is */
+    /* A deleted object's name is the next one's (Mesa; only before the first context). */
+    bool reuses_names;
     bool has_small_blocks;    /* GL_MAX_SHADER_STORAGE_BLOCK_SIZE is 1 MiB */
     bool has_small_texels;    /* GL_MAX_TEXTURE_BUFFER_SIZE is 65,536, the least that GL allows */
     bool lacks_post_coverage; /* GL_ARB_post_depth_coverage is absent */

@@ -52,7 +52,7 @@ bool shadow_probe_run(const struct shadow_system *shadows, struct program_cache 
         gl_program_set_f4(program, "u_tolerance",
                           (float[4]){desc->tolerance[0], desc->tolerance[1]});
         gl_texture_bind(&view, UNIT_LIGHT_ITEMS);
-        gl_buffer_bind_storage(&results, BIND_FRAGMENT_COLORS);
+        gl_buffer_bind_storage(&results, BIND_ENTRY_COLORS);
         for (int i = 0; i < (desc->repeat > 1 ? desc->repeat : 1); i++)
             glDispatchCompute(groups < row ? groups : row, (groups + row - 1) / row, 1);
         gl_buffer_read(&results, 0, count * sizeof *out, out);

@@ -20,7 +20,9 @@ void shoot(struct renderer *renderer, const struct rig_scene *scene, const struc
            struct frame *frame)
 {
     struct error err = {0};
-    if (!renderer_render(renderer, scene->key, view, frame, &err))
+    struct auto_choice choice;
+    const struct view chosen = rig_choose(renderer, scene->key, view, &choice);
+    if (!renderer_render(renderer, scene->key, &chosen, frame, &err))
         fail_msg("scene '%s': %s", scene->key, err.message);
 }
 

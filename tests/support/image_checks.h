@@ -6,7 +6,8 @@
 
 #include "tests/support/render_support.h"
 
-/* Renders, or fails the test with the renderer's message. The frame is the caller's to finish. */
+/* Renders, by what is chosen where the view says `auto`, or fails the test with the renderer's
+ * message. The frame is the caller's to finish. */
 void shoot(struct renderer *renderer, const struct rig_scene *scene, const struct view *view,
            struct frame *frame);
 /* The color output alone, to be finished by the caller. */

@@ -91,6 +91,17 @@ void rig_scene_finish(struct rig_scene *scene, struct renderer *renderer)
     *scene = (struct rig_scene){0};
 }
 
+struct view rig_choose(struct renderer *renderer, const char *scene_key, const struct view *view,
+                       struct auto_choice *choice)
+{
+    struct view chosen = *view;
+    struct error ignored = {0};
+    if (view->quality.shadows == SHADOWS_AUTO &&
+        renderer_choose(renderer, scene_key, view, choice, &ignored))
+        chosen.choice = choice;
+    return chosen;
+}
+
 const float *image_pixel_f32(const struct image *image, int x, int y)
 {
     const float *pixels = image->pixels;

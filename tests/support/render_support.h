@@ -34,6 +34,11 @@ MUST_CHECK bool rig_scene_from_asset(struct rig_scene *scene, struct renderer *r
                                      const char *path, struct error *err);
 void rig_scene_finish(struct rig_scene *scene, struct renderer *renderer);
 
+/* The view with what `auto` becomes for it, in `choice`, which must outlive it; or as it is, where
+ * nothing can be chosen: what draws it says why. */
+struct view rig_choose(struct renderer *renderer, const char *scene_key, const struct view *view,
+                       struct auto_choice *choice);
+
 /* The pixel (x, y), first row on top, of an F32 image. */
 const float *image_pixel_f32(const struct image *image, int x, int y);
 

@@ -24,9 +24,9 @@ static const float small_texcoords[2 * SMALL_VERTICES] = {0, 0, 1, 0, 1, 1, 0, 1
 static const uint8_t checker[16] = {255, 255, 255, 255, 255, 255, 255, 0,
                                     255, 255, 255, 0,   255, 255, 255, 255};
 static const struct scene_image checker_image = {.width_px = 2, .height_px = 2};
+/* Nearest, clamped. */
 static const struct scene_texture checker_texture = {
-    .mag_filter = 9728, .min_filter = 9728, .wrap_s = 33071, .wrap_t = 33071}; /* nearest, clamped
-                                                                                */
+    .mag_filter = 9728, .min_filter = 9728, .wrap_s = 33071, .wrap_t = 33071};
 static const uint32_t small_indices[SMALL_INDICES] = {0, 1, 2, 0, 2, 3, 0, 2, 1, 1, 2, 3, 4, 5,
                                                       6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3,
                                                       6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};

@@ -130,8 +130,8 @@ static void far_contours_are_found_across_empty_buckets(void **state)
     struct edge_distance d =
         measure(&(struct edge_distance_desc){.image = &image, .reference = &reference});
     double between = hypot(330, 240);
-    assert_near(d.hausdorff_px, between, 0.02); /* from the far side to the near side of the other
-                                                 */
+    /* From the far side to the near side of the other. */
+    assert_near(d.hausdorff_px, between, 0.02);
     double mean = 0;
     for (int i = 0; i < 720; i++) {
         double a = M_PI * i / 360;

@@ -326,7 +326,7 @@ static void what_does_not_fit_is_refused(void **state)
     (void)state;
     struct change c = shown_later;
     c.visible = "'no'";
-    assert_refused(&c, "visible of its KHR_node_visibility must be true or false");
+    assert_refused(&c, "nodes[1].extensions.KHR_node_visibility.visible must be true or false");
     c = shown_later;
     c.interpolation = "LINEAR";
     assert_refused(&c, "STEP");

@@ -170,21 +170,21 @@ static void a_sun_is_drawn_by_its_light(void **state)
     environment_destroy(map);
 }
 
-/* Constant: pi L. White above: pi (1 + n.y) / 2. */
+/* Irradiance over pi. Constant: L. White above: (1 + n.y) / 2. */
 static void irradiance_is_that_of_closed_forms(void **state)
 {
     (void)state;
     struct environment *maps[2] = {make(constant), make(upper_half)};
-    for (int i = 0; i <= 32; i++) {
-        double angle = pi * i / 32, e[3];
-        const double n[3] = {sin(angle) * 0.6, cos(angle), sin(angle) * 0.8};
-        struct environment_light light = environment_light_make(maps[0], 45, 3);
-        environment_light_irradiance(&light, n, e);
-        assert_true(fabs(e[0] / (6 * pi) - 1) < 1e-5);
-        light = environment_light_make(maps[1], 45, 1);
-        environment_light_irradiance(&light, n, e);
-        assert_true(fabs(e[0] - pi * (1 + n[1]) / 2) < 0.02);
-    }
+    struct environment_map even = environment_diffuse_map(maps[0]);
+    struct environment_map half = environment_diffuse_map(maps[1]);
+    assert_int_equal(even.height, half.height);
+    for (int y = 0; y < even.height; y++)
+        for (int x = 0; x < even.width; x++) {
+            size_t at = 3 * ((size_t)y * (size_t)even.width + (size_t)x);
+            double up = cos(pi * (y + 0.5) / even.height);
+            assert_true(fabs((double)even.pixels[at] / 2 - 1) < 1e-5);
+            assert_true(fabs((double)half.pixels[at] - (1 + up) / 2) < 0.02 / pi);
+        }
     environment_destroy(maps[0]);
     environment_destroy(maps[1]);
 }
@@ -293,6 +293,34 @@ static void specular_levels_are_means_over_lobes(void **state)
     environment_destroy(studio);
 }
 
+static void check_equal(const struct environment_map *a, const struct environment_map *b)
+{
+    assert_int_equal(a->width, b->width);
+    assert_int_equal(a->height, b->height);
+    for (int i = 0; i < 3 * a->width * a->height; i++)
+        assert_true(fabsf(a->pixels[i] - b->pixels[i]) <= 1e-5f * b->pixels[i]);
+}
+
+/* The levels that are built in are those that its radiance has where they are summed up anew. */
+static void the_built_in_levels_are_those_of_the_studio(void **state)
+{
+    (void)state;
+    struct environment *studio = environment_create_studio(NULL);
+    struct environment_map map = environment_radiance_map(studio);
+    struct environment *anew =
+        environment_create(&(struct environment_desc){map.pixels, map.width, map.height}, NULL);
+    struct environment_map built = environment_diffuse_map(studio);
+    struct environment_map summed = environment_diffuse_map(anew);
+    check_equal(&built, &summed);
+    for (int i = 0; i < ENVIRONMENT_LEVELS; i++) {
+        built = environment_specular_map(studio, i);
+        summed = environment_specular_map(anew, i);
+        check_equal(&built, &summed);
+    }
+    environment_destroy(studio);
+    environment_destroy(anew);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -306,6 +334,7 @@ int main(void)
         cmocka_unit_test(specular_levels_are_means_over_lobes),
         cmocka_unit_test(rotation_turns_the_map_counter_clockwise),
         cmocka_unit_test(the_studio_is_neutral_and_of_mean_radiance_1),
+        cmocka_unit_test(the_built_in_levels_are_those_of_the_studio),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

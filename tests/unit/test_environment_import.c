@@ -214,26 +214,102 @@ static void a_file_that_is_cut_off_is_refused(void **state)
     free(bytes);
 }
 
-static void a_blob_holds_its_pixels(void **state)
+static struct environment *make_map(void)
+{
+    float pixels[3 * 4 * 2];
+    for (int i = 0; i < 3 * 4 * 2; i++)
+        pixels[i] = (float)(i * i % 7);
+    return environment_create(&(struct environment_desc){pixels, 4, 2}, NULL);
+}
+
+static void *write_blob(const struct environment *map, size_t *size_bytes)
+{
+    uint8_t header[ENVIRONMENT_BLOB_HEADER_BYTES];
+    struct environment_blob_part parts[ENVIRONMENT_BLOB_ARRAYS];
+    environment_blob_parts(map, header, parts);
+    *size_bytes = sizeof header;
+    for (int i = 0; i < ENVIRONMENT_BLOB_ARRAYS; i++)
+        *size_bytes += parts[i].size_bytes;
+    uint8_t *blob = malloc(*size_bytes), *at = blob + sizeof header;
+    memcpy(blob, header, sizeof header);
+    for (int i = 0; i < ENVIRONMENT_BLOB_ARRAYS; i++) {
+        memcpy(at, parts[i].bytes, parts[i].size_bytes);
+        at += parts[i].size_bytes;
+    }
+    return blob;
+}
+
+static void expect_equal(struct environment_map map, struct environment_map other)
+{
+    assert_int_equal(map.width, other.width);
+    assert_int_equal(map.height, other.height);
+    assert_memory_equal(map.pixels, other.pixels,
+                        3 * sizeof *map.pixels * (size_t)map.width * (size_t)map.height);
+}
+
+static void a_blob_holds_the_map_and_what_is_derived(void **state)
 {
     (void)state;
-    struct {
-        uint8_t header[ENVIRONMENT_BLOB_HEADER_BYTES];
-        float pixels[3 * 4 * 2];
-    } blob;
-    struct environment_desc desc;
-    environment_blob_write_header(4, 2, blob.header);
-    assert_true(environment_blob_open(&blob, sizeof blob, &desc, NULL));
-    assert_int_equal(4, desc.width);
-    assert_int_equal(2, desc.height);
-    assert_ptr_equal(blob.pixels, desc.pixels);
-    for (size_t size = 0; size < sizeof blob; size++)
-        assert_false(environment_blob_open(&blob, size, &desc, NULL));
-    environment_blob_write_header(65535, 65535, blob.header);
-    assert_false(environment_blob_open(&blob, sizeof blob, &desc, NULL));
-    environment_blob_write_header(4, 2, blob.header);
-    blob.header[8]++;
-    assert_false(environment_blob_open(&blob, sizeof blob, &desc, NULL));
+    struct environment *map = make_map(), *opened;
+    size_t size_bytes;
+    uint8_t *blob = write_blob(map, &size_bytes);
+    assert_non_null(opened = environment_blob_open(blob, size_bytes, NULL));
+    expect_equal(environment_radiance_map(map), environment_radiance_map(opened));
+    expect_equal(environment_diffuse_map(map), environment_diffuse_map(opened));
+    for (int level = 0; level < ENVIRONMENT_LEVELS; level++)
+        expect_equal(environment_specular_map(map, level), environment_specular_map(opened, level));
+    struct environment_light light = environment_light_make(map, 30, 2);
+    struct environment_light other = environment_light_make(opened, 30, 2);
+    for (int i = 0; i < 100; i++) {
+        double u[2] = {i / 100.0, fmod(i * 0.618, 1)}, direction[3], same[3];
+        double density = environment_light_sample(&light, u, direction);
+        assert_true(density == environment_light_sample(&other, u, same));
+        assert_memory_equal(direction, same, sizeof same);
+    }
+    environment_destroy(opened);
+    environment_destroy(map);
+    free(blob);
+}
+
+static void expect_no_blob(void *blob, size_t size_bytes)
+{
+    struct error err = {0};
+    assert_null(environment_blob_open(blob, size_bytes, &err));
+    assert_int_equal(ERROR_INVALID_ENVIRONMENT, err.code);
+}
+
+static void a_blob_that_was_tampered_with_is_refused(void **state)
+{
+    (void)state;
+    enum { HEADER = ENVIRONMENT_BLOB_HEADER_BYTES, ROWS = 8 * 3, COLUMNS = 8 * 2 * 5, BAD = 4 };
+    const uint32_t bad[BAD] = {0x7fc00000, 0x7f800000, 0xbf800000, 0x5f000000}; /* NaN, inf, -1 */
+    struct environment *map = make_map();
+    size_t size_bytes;
+    uint8_t *blob = write_blob(map, &size_bytes), *copy = malloc(size_bytes);
+    size_t starts[] = {HEADER + ROWS + COLUMNS, HEADER + ROWS + COLUMNS + 12 * 8 + 4,
+                       size_bytes - 4};
+    for (size_t size = 0; size < size_bytes; size += size < 2000 ? 1 : 999)
+        expect_no_blob(blob, size);
+    for (size_t i = 0; i < 3 * BAD; i++) {
+        memcpy(copy, blob, size_bytes);
+        memcpy(copy + starts[i / BAD], &bad[i % BAD], sizeof *bad);
+        expect_no_blob(copy, size_bytes);
+    }
+    for (int i = 0; i < 3 + 2 * 5; i++)
+        for (int k = 0; k < 3; k++) { /* sums that are no number, negative or fall again */
+            const double wrong[3] = {NAN, -0.1, 1.5};
+            memcpy(copy, blob, size_bytes);
+            memcpy(copy + HEADER + 8 * i, &wrong[k], sizeof wrong[k]);
+            expect_no_blob(copy, size_bytes);
+        }
+    for (size_t i = 0; i < 20; i++) { /* letters, version, size */
+        memcpy(copy, blob, size_bytes);
+        copy[i]++;
+        expect_no_blob(copy, size_bytes);
+    }
+    free(copy);
+    free(blob);
+    environment_destroy(map);
 }
 
 int main(void)
@@ -248,7 +324,8 @@ int main(void)
         cmocka_unit_test(other_channels_are_refused),
         cmocka_unit_test(sizes_are_checked_before_anything_is_read),
         cmocka_unit_test(a_file_that_is_cut_off_is_refused),
-        cmocka_unit_test(a_blob_holds_its_pixels),
+        cmocka_unit_test(a_blob_holds_the_map_and_what_is_derived),
+        cmocka_unit_test(a_blob_that_was_tampered_with_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

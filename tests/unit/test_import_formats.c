@@ -229,7 +229,7 @@ static void what_dissolves_without_a_filter_is_blended(void **state)
     imported_scene_finish(&s);
 }
 
-static void factors_out_of_range_are_clamped_and_told(void **state)
+static void factors_out_of_range_are_clamped_with_a_warning(void **state)
 {
     (void)state;
     struct imported_scene s = make_material("Kd 1.5 0.1 -1\nPr 0.3\nPm 0.7\n");
@@ -264,7 +264,7 @@ static void closed_glass_is_seen_from_outside_alone(void **state)
     imported_scene_finish(&s);
 }
 
-static void what_is_not_in_the_upload_is_told(void **state)
+static void what_is_not_in_the_upload_is_reported(void **state)
 {
     (void)state;
     struct imported_scene s = make_text(
@@ -302,10 +302,55 @@ static void textures_of_the_upload_are_found(void **state)
     assert_int_equal(s.scene.images[0].width_px, 3);
     assert_int_equal(s.scene.materials[0].textures[SCENE_TEXTURE_BASE_COLOR].texture, 0);
     assert_int_equal(s.scene.materials[0].textures[SCENE_TEXTURE_EMISSIVE].texture, -1);
-    assert_true(scene_has_warning(&s.scene, "'note.txt' is left out: it is neither PNG nor JPEG"));
+    assert_true(
+        scene_has_warning(&s.scene, "'note.txt' is left out: it is none of PNG, JPEG, WebP,"));
     EXPECT_NEAR(s.scene.texcoords_0 + 4, 0, 0.25); /* v begins on top in glTF */
     imported_scene_finish(&s);
     free(png);
+}
+
+/* Two pixels each, red and green from the left; the first of an image is the lowest row's. */
+static void textures_of_older_formats_are_read(void **state)
+{
+    (void)state;
+    static const uint8_t tga[] = {0, 0, 2, 0, 0,  0, 0, 0, 0,   0, 0,   0,
+                                  2, 0, 1, 0, 24, 0, 0, 0, 255, 0, 255, 0};
+    static const uint8_t bmp[] = {'B', 'M', 62, 0, 0, 0, 0, 0, 0,   0, 54,  0, 0,  0, 40, 0,
+                                  0,   0,   2,  0, 0, 0, 1, 0, 0,   0, 1,   0, 24, 0, 0,  0,
+                                  0,   0,   8,  0, 0, 0, 0, 0, 0,   0, 0,   0, 0,  0, 0,  0,
+                                  0,   0,   0,  0, 0, 0, 0, 0, 255, 0, 255, 0, 0,  0};
+    const uint8_t row[] = {255, 0, 0, 255, 0, 255, 0, 255};
+    struct image image = {0};
+    void *webp = NULL;
+    size_t webp_bytes = 0;
+    assert_true(image_init(&image, 2, 1, 4, IMAGE_U8, NULL));
+    memcpy(image.pixels, row, sizeof row);
+    assert_true(image_encode(
+        &image, &(struct image_encode_desc){.format = IMAGE_FORMAT_WEBP, .quality = 100}, &webp,
+        &webp_bytes, NULL));
+    image_finish(&image);
+    const char *obj = "mtllib m.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\n"
+                      "vt 0 0\nvt 1 0\nvt 0 0.75\nf 1/1 2/2 3/3\n";
+    const char *mtl = "newmtl m\nmap_Kd a.TGA\nmap_Ke b.bmp\nnorm c.webp\nKe 1 1 1\n";
+    struct scene_file files[] = {{"a.obj", obj, strlen(obj)},
+                                 {"m.mtl", mtl, strlen(mtl)},
+                                 {"a.TGA", tga, sizeof tga},
+                                 {"b.bmp", bmp, sizeof bmp},
+                                 {"c.webp", webp, webp_bytes}};
+    const struct scene_import_desc desc = {
+        .files = files, .file_count = 5, .format = SCENE_FORMAT_OBJ};
+    struct imported_scene s = make(&desc);
+    assert_int_equal(s.scene.image_count, 3);
+    assert_int_equal(s.scene.warning_count, 1); /* of the unit alone */
+    for (int i = 0; i < 3; i++)
+        assert_memory_equal(scene_image_pixels(&s.scene, &s.scene.images[i]), row, sizeof row);
+    imported_scene_finish(&s);
+    files[2].size_bytes--;
+    struct error err = {0};
+    assert_false(import_as(&s, &desc, &err));
+    assert_int_equal(err.code, ERROR_INVALID_SCENE);
+    assert_non_null(strstr(err.message, "image 0 'a.TGA'"));
+    free(webp);
 }
 
 static void broken_files_are_refused_by_name(void **state)
@@ -407,10 +452,11 @@ int main(void)
         cmocka_unit_test(ply_colours_become_linear),
         cmocka_unit_test(glass_takes_its_colour_from_the_filter),
         cmocka_unit_test(what_dissolves_without_a_filter_is_blended),
-        cmocka_unit_test(factors_out_of_range_are_clamped_and_told),
+        cmocka_unit_test(factors_out_of_range_are_clamped_with_a_warning),
         cmocka_unit_test(closed_glass_is_seen_from_outside_alone),
-        cmocka_unit_test(what_is_not_in_the_upload_is_told),
+        cmocka_unit_test(what_is_not_in_the_upload_is_reported),
         cmocka_unit_test(textures_of_the_upload_are_found),
+        cmocka_unit_test(textures_of_older_formats_are_read),
         cmocka_unit_test(broken_files_are_refused_by_name),
         cmocka_unit_test(counts_that_lie_are_refused),
         cmocka_unit_test(an_upload_has_one_scene),

@@ -119,7 +119,7 @@ static void a_node_without_lists_shows_its_mesh(void **state)
     imported_scene_finish(&s);
 }
 
-static void a_node_with_a_skin_is_shown_once_and_that_is_told(void **state)
+static void a_node_with_a_skin_is_shown_once_and_that_is_reported(void **state)
 {
     (void)state;
     struct imported_scene s;
@@ -150,7 +150,6 @@ static void lists_that_do_not_agree_are_refused_by_the_node(void **state)
         {"'TRANSLATION':1,'SCALE':6", ERROR_INVALID_SCENE,
          "SCALE of its instances has 2 elements, TRANSLATION has 3"},
         {"'TRANSLATION':99", ERROR_INVALID_SCENE, "there is no accessor 99"},
-        {"'TRANSLATION':-2", ERROR_INVALID_SCENE, "there is no accessor -2"},
         {"'TRANSLATION':2", ERROR_INVALID_SCENE,
          "TRANSLATION of its instances: accessor 2 has an element type"},
         {"'ROTATION':1", ERROR_INVALID_SCENE, "accessor 1 has an element type"},
@@ -178,7 +177,7 @@ int main(void)
         cmocka_unit_test(instances_are_nodes_that_share_a_mesh),
         cmocka_unit_test(a_name_that_another_node_has_is_left_to_it),
         cmocka_unit_test(a_node_without_lists_shows_its_mesh),
-        cmocka_unit_test(a_node_with_a_skin_is_shown_once_and_that_is_told),
+        cmocka_unit_test(a_node_with_a_skin_is_shown_once_and_that_is_reported),
         cmocka_unit_test(lists_that_do_not_agree_are_refused_by_the_node),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

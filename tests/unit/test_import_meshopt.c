@@ -142,13 +142,9 @@ static void streams_that_lie_are_refused_by_their_view(void **state)
     (void)state;
 #define VERTEX_VIEW "'buffer':0,'byteStride':12,'mode':'ATTRIBUTES',"
     static const struct refusal refusals[] = {
-        {{.vertices = "'mode':'ATTRIBUTES'"}, ERROR_INVALID_SCENE, "byteLength -1"},
         {{.vertices = VERTEX_VIEW "'byteLength':40,'count':144"},
          ERROR_INVALID_SCENE,
          "the 40 bytes are no stream of ATTRIBUTES with 144 elements of 12 bytes"},
-        {{.vertices = VERTEX_VIEW "'byteLength':500,'byteOffset':-4,'count':144"},
-         ERROR_INVALID_SCENE,
-         "byteOffset -4"},
         {{.vertices = VERTEX_VIEW "'byteLength':2147483647,'count':144"},
          ERROR_INVALID_SCENE,
          "lie outside buffer 0"},
@@ -234,8 +230,8 @@ static void streams_cut_anywhere_are_refused(void **state)
     sheet_make(sheet, "TRIANGLES");
     struct gltf_meshopt from = {"", 0, 0, 0, 12, VERTICES, "ATTRIBUTES", "NONE"};
     for (size_t size = 1; size < sheet->vertex_bytes; size++) {
-        uint8_t *copy = malloc(size), out[sizeof sheet->positions]; /* exactly as long: ASan looks
-                                                                     */
+        /* Exactly as long: ASan looks. */
+        uint8_t *copy = malloc(size), out[sizeof sheet->positions];
         struct meshopt_stream stream = {.bytes = copy, .size_bytes = size};
         struct error err = {0};
         assert_non_null(copy);

@@ -38,7 +38,9 @@ static int count_misses(const struct clusters *clusters, uint64_t seed, int *rea
         double x = random_uniform(&state, 0, scene.window.width),
                y = random_uniform(&state, 0, scene.window.height);
         double z = light_scene_depth(&scene, &state), world[3];
-        light_scene_point(&scene, x, y, z, world);
+        double reach = scene.window.reach_px;
+        light_scene_point(&scene, x + (reach > 0 ? random_uniform(&state, -reach, reach) : 0),
+                          y + (reach > 0 ? random_uniform(&state, -reach, reach) : 0), z, world);
         size_t cluster = clusters_find(clusters, (int)x, (int)y, (float)z);
         for (uint32_t light = 0; light < LIGHTS; light++) {
             if (!light_reaches(&scene.lights[light], world))
@@ -74,6 +76,25 @@ static void clusters_never_miss_a_light(void **unused)
         assert_int_equal(count_misses(&clusters, seed, &reached), 0);
     }
     assert_true(reached > SEEDS * POINTS); /* the comparison saw light */
+    clusters_finish(&clusters);
+}
+
+/* Pictures that are shifted by parts of a pixel, or by many pixels, share the lists of one. */
+static void clusters_never_miss_a_light_of_a_shifted_picture(void **unused)
+{
+    (void)unused;
+    struct clusters clusters = {0};
+    int reached = 0, missed_without = 0;
+    for (uint64_t seed = 0; seed < SEEDS; seed++) {
+        light_scene_make(&scene, seed, seed % 2, 1);
+        double reach = seed % 3 ? 0.2 : 40;
+        build(&clusters); /* with no reach some would be missed */
+        scene.window.reach_px = reach;
+        missed_without += count_misses(&clusters, seed, &reached);
+        build(&clusters);
+        assert_int_equal(count_misses(&clusters, seed, &reached), 0);
+    }
+    assert_true(reached > SEEDS * POINTS && missed_without > 0);
     clusters_finish(&clusters);
 }
 
@@ -139,7 +160,7 @@ static void make_plain_scene(int width, int height)
                                    .half_width = 0.8,
                                    .half_height = 0.6,
                                    .z_near = 0.01};
-    scene.window = (struct camera_window){0, 0, width, height, width, height};
+    scene.window = camera_window_whole(width, height);
     for (int i = 0; i < LIGHTS; i++)
         scene.lights[i] = (struct state_light){.type = SCENE_LIGHT_DIRECTIONAL};
 }
@@ -285,6 +306,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(clusters_never_miss_a_light),
+        cmocka_unit_test(clusters_never_miss_a_light_of_a_shifted_picture),
         cmocka_unit_test(clusters_never_miss_a_light_at_extreme_scales),
         cmocka_unit_test(lists_are_contiguous_and_ascending_and_repeat_bit_for_bit),
         cmocka_unit_test(lights_at_the_eye_around_it_behind_and_on_the_near_plane_are_placed),

@@ -160,8 +160,8 @@ static void events_are_the_share_of_the_map_that_casters_cover(void **unused)
     rig_close(&rig);
 }
 
-static double told_ms(enum shadow_technique technique, const struct workload *workload,
-                      const struct forecast_setting *setting, const struct device_speed *speed)
+static double forecast_ms(enum shadow_technique technique, const struct workload *workload,
+                          const struct forecast_setting *setting, const struct device_speed *speed)
 {
     return technique_forecast_ms(technique, &(struct forecast_frame){workload, setting, speed});
 }
@@ -190,33 +190,33 @@ static void forecasts_grow_with_the_work(void **unused)
                             offsetof(struct workload, textures)};
     struct forecast_setting setting = {
         .samples = 4, .shadow_resolution = 1024, .shadow_taps = 4, .has_shadows = true};
-    double raster = told_ms(SHADOWS_DEEP, &base, &setting, &speed);
-    double traced = told_ms(SHADOWS_RAYTRACED, &base, &setting, &speed);
-    double shadows = told_ms(SHADOWS_RAYTRACED_SHADOWS, &base, &setting, &speed);
+    double raster = forecast_ms(SHADOWS_DEEP, &base, &setting, &speed);
+    double traced = forecast_ms(SHADOWS_RAYTRACED, &base, &setting, &speed);
+    double shadows = forecast_ms(SHADOWS_RAYTRACED_SHADOWS, &base, &setting, &speed);
     for (size_t i = 0; i < sizeof grown / sizeof *grown; i++) {
         struct workload more = base;
         *(double *)((char *)&more + grown[i]) *= 2;
-        assert_true(told_ms(SHADOWS_DEEP, &more, &setting, &speed) > raster);
-        assert_true(told_ms(SHADOWS_RAYTRACED, &more, &setting, &speed) > traced);
-        assert_true(told_ms(SHADOWS_RAYTRACED_SHADOWS, &more, &setting, &speed) > shadows);
+        assert_true(forecast_ms(SHADOWS_DEEP, &more, &setting, &speed) > raster);
+        assert_true(forecast_ms(SHADOWS_RAYTRACED, &more, &setting, &speed) > traced);
+        assert_true(forecast_ms(SHADOWS_RAYTRACED_SHADOWS, &more, &setting, &speed) > shadows);
     }
     struct workload sky = base;
     sky.directions = 16; /* rays of whole pictures alone go there */
-    assert_true(told_ms(SHADOWS_RAYTRACED, &sky, &setting, &speed) > traced);
-    assert_true(told_ms(SHADOWS_DEEP, &sky, &setting, &speed) == raster);
-    assert_true(told_ms(SHADOWS_RAYTRACED_SHADOWS, &sky, &setting, &speed) == shadows);
+    assert_true(forecast_ms(SHADOWS_RAYTRACED, &sky, &setting, &speed) > traced);
+    assert_true(forecast_ms(SHADOWS_DEEP, &sky, &setting, &speed) == raster);
+    assert_true(forecast_ms(SHADOWS_RAYTRACED_SHADOWS, &sky, &setting, &speed) == shadows);
     setting.is_warm = true;
-    assert_true(told_ms(SHADOWS_RAYTRACED_SHADOWS, &base, &setting, &speed) < shadows); /* the tree
-                                                                                         */
-    assert_true(told_ms(SHADOWS_DEEP, &base, &setting, &speed) < raster);
-    assert_true(told_ms(SHADOWS_RAYTRACED, &base, &setting, &speed) < traced);
-    double warm = told_ms(SHADOWS_DEEP, &base, &setting, &speed);
+    /* The tree stands. */
+    assert_true(forecast_ms(SHADOWS_RAYTRACED_SHADOWS, &base, &setting, &speed) < shadows);
+    assert_true(forecast_ms(SHADOWS_DEEP, &base, &setting, &speed) < raster);
+    assert_true(forecast_ms(SHADOWS_RAYTRACED, &base, &setting, &speed) < traced);
+    double warm = forecast_ms(SHADOWS_DEEP, &base, &setting, &speed);
     setting.shadow_resolution = 4096; /* of maps that are there */
-    assert_true(told_ms(SHADOWS_DEEP, &base, &setting, &speed) == warm);
+    assert_true(forecast_ms(SHADOWS_DEEP, &base, &setting, &speed) == warm);
     setting.samples = 1;
-    assert_true(told_ms(SHADOWS_DEEP, &base, &setting, &speed) < warm);
+    assert_true(forecast_ms(SHADOWS_DEEP, &base, &setting, &speed) < warm);
     const struct device_speed slow = {1, 10, 10, 1, 1};
-    assert_true(told_ms(SHADOWS_DEEP, &base, &setting, &slow) >
+    assert_true(forecast_ms(SHADOWS_DEEP, &base, &setting, &slow) >
                 9 * forecast_shade_ms(&base, &setting));
 }
 
@@ -228,9 +228,8 @@ static void traced_shadows_without_casters_cost_nothing(void **unused)
     const struct workload bare = {
         .pixels = 1e5, .covered = 0.5, .lit = 2, .triangles = 1e6, .triangles_in_view = 5e3};
     struct forecast_setting setting = {.samples = 4, .has_shadows = true};
-    double shadows = told_ms(SHADOWS_RAYTRACED_SHADOWS, &bare, &setting, &speed);
-    assert_true(shadows == told_ms(SHADOWS_DEEP, &bare, &setting, &speed));
-    assert_true(forecast_point_rays_ms(&bare, &setting) == 0);
+    double shadows = forecast_ms(SHADOWS_RAYTRACED_SHADOWS, &bare, &setting, &speed);
+    assert_true(shadows == forecast_ms(SHADOWS_DEEP, &bare, &setting, &speed));
 }
 
 static enum shadow_technique fastest(double maps_ms, double rays_ms, double points_ms)

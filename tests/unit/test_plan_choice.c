@@ -137,10 +137,10 @@ static void equal_rows_go_to_the_first(void **state)
 /* ---- models ---- */
 
 static const struct choice_row *find(const struct choice_row *estimates, size_t count,
-                                     struct choice_setting wanted)
+                                     struct quality_setting wanted)
 {
     for (size_t i = 0; i < count; i++) {
-        const struct choice_setting *setting = &estimates[i].setting;
+        const struct quality_setting *setting = &estimates[i].setting;
         if (setting->shadows == wanted.shadows && setting->samples == wanted.samples &&
             setting->shadow_resolution == wanted.shadow_resolution &&
             setting->shadow_taps == wanted.shadow_taps)
@@ -159,12 +159,12 @@ static void models_grow_with_what_they_are_made_of(void **state)
     struct choice_frame more = frame;
     size_t count = choice_estimate(&frame, &open, small);
     const struct choice_row *coarse =
-        find(small, count, (struct choice_setting){SHADOWS_DEEP, 256, 4, 4, 0, 0});
+        find(small, count, (struct quality_setting){SHADOWS_DEEP, 256, 4, 4, 0, 0});
     const struct choice_row *fine =
-        find(small, count, (struct choice_setting){SHADOWS_DEEP, 2048, 4, 4, 0, 0});
+        find(small, count, (struct quality_setting){SHADOWS_DEEP, 2048, 4, 4, 0, 0});
     assert_true(fine->error < coarse->error && fine->ms > coarse->ms);
     const struct choice_row *one =
-        find(small, count, (struct choice_setting){SHADOWS_DEEP, 256, 4, 1, 0, 0});
+        find(small, count, (struct quality_setting){SHADOWS_DEEP, 256, 4, 1, 0, 0});
     assert_true(one->error > coarse->error && one->ms < coarse->ms);
     more.lights = 40;
     more.pixels = 1e6;
@@ -216,10 +216,39 @@ static void models_give_only_what_was_said(void **state)
         size_t count = choice_estimate(&frame, &targets[w], estimates);
         assert_int_in_range(count, 1, CHOICE_ESTIMATES_MAX);
         for (size_t i = 0; i < count; i++) {
-            const struct choice_setting *setting = &estimates[i].setting;
+            const struct quality_setting *setting = &estimates[i].setting;
             assert_true(choice_row_fits(&estimates[i], &targets[w]));
             assert_true(setting->samples <= 4 || setting->shadows == SHADOWS_RAYTRACED);
         }
+    }
+}
+
+/* Rounds draw all again but the shadow maps, and are taken only where they are asked for. */
+static void models_count_the_rounds_of_samples(void **state)
+{
+    (void)state;
+    static const int samples[] = {4, 8, 16};
+    double ms[2][3], error[3];
+    for (int warm = 0; warm < 2; warm++)
+        for (int i = 0; i < 3; i++) {
+            struct choice_row estimates[CHOICE_ESTIMATES_MAX];
+            const struct choice_frame frame = {
+                .pixels = 1e6, .lights = 4, .triangles = 1000, .is_warm = warm};
+            const struct quality_target target = {.max_error = 1,
+                                                  .shadows = SHADOWS_DEEP,
+                                                  .samples = samples[i],
+                                                  .shadow_resolution = 1024,
+                                                  .shadow_taps = 4};
+            assert_int_equal(choice_estimate(&frame, &target, estimates), 1);
+            assert_int_equal(estimates[0].setting.samples, samples[i]);
+            ms[warm][i] = estimates[0].ms;
+            error[i] = estimates[0].error;
+        }
+    for (int i = 1; i < 3; i++) {
+        double rounds = samples[i] / 4.0, drawn = ms[1][i] / ms[1][0];
+        assert_true(drawn > 0.9 * rounds && drawn <= rounds + 1e-9);
+        assert_true(fabs((ms[0][i] - ms[1][i]) - (ms[0][0] - ms[1][0])) < 1e-9 * ms[0][i]);
+        assert_true(error[i] < error[i - 1]);
     }
 }
 
@@ -358,6 +387,7 @@ int main(void)
         cmocka_unit_test(models_grow_with_what_they_are_made_of),
         cmocka_unit_test(rays_go_up_to_256_samples_for_small_errors),
         cmocka_unit_test(models_give_only_what_was_said),
+        cmocka_unit_test(models_count_the_rounds_of_samples),
         cmocka_unit_test(rows_of_other_views_scale_with_their_pixels),
         cmocka_unit_test(a_technique_stands_for_the_candidate_that_becomes_it),
         cmocka_unit_test(times_are_told_of_candidates_that_have_any),

@@ -83,6 +83,8 @@ CHANGES(change_material_name, changed->material_name[0] = 'b')
 CHANGES(change_variant, changed->variant[0] = 'b')
 CHANGES(change_sky, changed->view.sky[1] = 1)
 CHANGES(change_default_lights, changed->view.ignore_scene_lights = true)
+CHANGES(change_studio, changed->view.studio = VIEW_STUDIO_ON)
+CHANGES(change_ground, changed->view.ground_plane.is_shown = true)
 CHANGES(drop_light, changed->view.light_count = 0)
 CHANGES(change_camera, changed->view.camera.fov_y_deg = 30)
 CHANGES(change_camera_name, changed->camera_name[0] = 'b')
@@ -101,12 +103,13 @@ static void every_change_makes_another_key(void **state)
         void (*apply)(struct full_view *changed);
         bool is_of_state;
     } changes[] = {
-        {change_light, true},          {change_node, true},          {change_node_name, true},
-        {change_material, true},       {change_material_name, true}, {change_sky, true},
-        {change_default_lights, true}, {drop_light, true},           {change_camera, false},
-        {change_camera_name, false},   {change_plane, false},        {change_cut, false},
-        {change_edges, false},         {change_highlight, false},    {change_size, false},
-        {change_outputs, false},       {change_quality, false},      {change_variant, true},
+        {change_light, true},    {change_node, true},           {change_node_name, true},
+        {change_material, true}, {change_material_name, true},  {change_sky, true},
+        {change_studio, true},   {change_default_lights, true}, {drop_light, true},
+        {change_camera, false},  {change_camera_name, false},   {change_plane, false},
+        {change_cut, false},     {change_edges, false},         {change_highlight, false},
+        {change_size, false},    {change_outputs, false},       {change_quality, false},
+        {change_variant, true},  {change_ground, true},
     };
     struct full_view *plain = full_view_create();
     for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {

@@ -51,7 +51,7 @@ static void nothing_learned_is_the_sum(void **unused)
     struct learning *learning = fresh();
     const struct learning_case frame = make_frame(SHADOWS_RASTER_DEFAULT, 6);
     struct learning_answer answer = learning_expect(learning, &frame);
-    assert_true(fabs(answer.ms - 100) < 1e-9 && answer.lessons == 0 && answer.doubt > 0.2);
+    assert_true(fabs(answer.ms - 100) < 1e-9 && answer.observations == 0 && answer.doubt > 0.2);
     assert_true(learning_is_sound(learning));
     const struct learning_case empty = {.technique = SHADOWS_RAYTRACED};
     assert_true(expect_ms(learning, &empty) == 0);
@@ -59,7 +59,7 @@ static void nothing_learned_is_the_sum(void **unused)
 }
 
 /* Three frames are enough for whatever they take, one is not. */
-static void three_lessons_turn_an_expectation_and_one_does_not(void **unused)
+static void three_observations_turn_an_expectation_and_one_does_not(void **unused)
 {
     (void)unused;
     const double taken[] = {25, 50, 200, 400};
@@ -253,7 +253,7 @@ static void what_teaching_cannot_have_made_is_not_sound(void **unused)
 }
 
 /* Thousands of views and random times, and every number stays within its bounds. */
-static void lessons_of_any_kind_leave_it_sound(void **unused)
+static void observations_of_any_kind_leave_it_sound(void **unused)
 {
     (void)unused;
     struct learning *learning = fresh();
@@ -360,7 +360,7 @@ static void a_machine_half_as_fast_does_not_turn_auto(void **unused)
 
 /* One learner over all views in turn, as a server has it: what one scene teaches may cost another a
  * first choice, but not the bar. The shares of all recordings together. */
-static void lessons_of_other_scenes_do_no_harm(void **unused)
+static void observations_of_other_scenes_do_no_harm(void **unused)
 {
     (void)unused;
     static struct replay replay;
@@ -383,7 +383,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(nothing_learned_is_the_sum),
-        cmocka_unit_test(three_lessons_turn_an_expectation_and_one_does_not),
+        cmocka_unit_test(three_observations_turn_an_expectation_and_one_does_not),
         cmocka_unit_test(an_outlier_of_ten_is_all_but_passed_over),
         cmocka_unit_test(a_slower_machine_is_slower_for_all),
         cmocka_unit_test(terms_are_told_apart),
@@ -392,11 +392,11 @@ int main(void)
         cmocka_unit_test(one_technique_is_the_last),
         cmocka_unit_test(senseless_times_teach_nothing),
         cmocka_unit_test(what_teaching_cannot_have_made_is_not_sound),
-        cmocka_unit_test(lessons_of_any_kind_leave_it_sound),
+        cmocka_unit_test(observations_of_any_kind_leave_it_sound),
         cmocka_unit_test(auto_keeps_its_bars_on_recorded_times),
         cmocka_unit_test(an_outlier_does_not_turn_auto),
         cmocka_unit_test(a_machine_half_as_fast_does_not_turn_auto),
-        cmocka_unit_test(lessons_of_other_scenes_do_no_harm),
+        cmocka_unit_test(observations_of_other_scenes_do_no_harm),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

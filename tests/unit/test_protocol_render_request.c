@@ -39,7 +39,7 @@ static const char full[] = BODY(
     "{\"type\":\"rect\",\"position\":[1,2,3],\"direction\":[0,0,1],\"width\":0.5,\"height\":0.25,"
     "\"up\":[1,0,0]},"
     "{\"type\":\"disk\",\"position\":[1,2,3],\"direction\":[0,0,1],\"radius\":0.75}],"
-    "\"scene_lights\":false,"
+    "\"scene_lights\":false,\"studio\":\"on\",\"ground_plane\":{\"height\":-0.25},"
     "\"overrides\":{\"nodes\":{\"Z\":{\"visible\":true},\"Curtain\":{\"visible\":false,"
     "\"matrix\":[2,0,0,0,0,3,0,0,0,0,-4,0,5,6,7,1]}},"
     "\"materials\":{\"Glass \\u00e9/~\":{\"base_color\":[1,0,0,0.4],\"metallic\":0.1,"
@@ -59,7 +59,8 @@ static const char full[] = BODY(
     "\"quality\":{\"shadows\":\"deep-linked\",\"transparency\":\"lists\","
     "\"light_lists\":\"linked\",\"blend_filter\":\"kim\",\"shadow_resolution\":2048,"
     "\"shadow_taps\":9,\"samples\":1,\"faithful\":true,"
-    "\"area_samples\":64,\"environment_samples\":32,\"max_error\":0.01,\"budget_ms\":250},"
+    "\"area_samples\":64,\"environment_samples\":32,\"environment_visibility\":\"rays\","
+    "\"refraction\":\"off\",\"refraction_samples\":24,\"max_error\":0.01,\"budget_ms\":250},"
     "\"outputs\":[\"depth\",\"color\"],\"format\":\"exr\"");
 
 static void scene_alone_gives_the_documented_defaults(void **state)
@@ -72,6 +73,8 @@ static void scene_alone_gives_the_documented_defaults(void **state)
     assert_int_equal(request.camera.kind, REQUEST_CAMERA_DEFAULT);
     assert_int_equal(request.light_count + request.node_count + request.material_count, 0);
     assert_false(request.ignore_scene_lights);
+    assert_int_equal(request.studio, REQUEST_STUDIO_AUTO);
+    assert_false(request.ground_plane.is_given);
     assert_false(request.has_environment);
     assert_int_equal(request.clip_plane_count, 0);
     assert_true(request.background[3] == 0);
@@ -96,7 +99,7 @@ static void null_is_the_same_as_absent(void **state)
         "width",       "height",    "camera",     "lights",      "scene_lights",    "overrides",
         "clip_planes", "animation", "background", "exposure_ev", "tone_mapping",    "environment",
         "quality",     "output",    "outputs",    "format",      "quality_percent", "highlight",
-        "edges",       "parts",     "variant"};
+        "edges",       "parts",     "variant",    "studio",      "ground_plane"};
     struct render_request plain = parse(BODY(""));
     char *expected = render_request_to_json(&plain);
     for (size_t i = 0; i < sizeof members / sizeof *members; i++) {
@@ -148,6 +151,9 @@ static void camera_light_and_picture_members_arrive(void **state)
     assert_true(r.lights[4].radius == 0.75);
     assert_true(r.lights[2].position[2] == 3 && r.lights[2].intensity == 1);
     assert_true(r.ignore_scene_lights);
+    assert_int_equal(r.studio, REQUEST_STUDIO_ON);
+    assert_true(r.ground_plane.is_given && r.ground_plane.has_height);
+    assert_true(r.ground_plane.height == -0.25);
     assert_int_equal(r.clip_plane_count, 2);
     assert_true(r.clip_planes[0][3] == -2 && r.clip_planes[1][0] == 1);
     assert_true(!r.cuts[0].spares_shadows && r.cuts[1].spares_shadows);
@@ -241,6 +247,9 @@ static void override_and_quality_members_arrive(void **state)
     assert_int_equal(q->samples, 1);
     assert_true(!q->reference && q->area_samples == 64);
     assert_int_equal(q->environment_samples, 32);
+    assert_int_equal(q->refraction, REQUEST_REFRACTION_OFF);
+    assert_int_equal(q->refraction_samples, 24);
+    assert_int_equal(q->environment_visibility, REQUEST_VISIBILITY_RAYS);
     assert_true(q->faithful && q->max_error == 0.01 && q->budget_ms == 250);
     render_request_finish(&r);
 }
@@ -512,8 +521,9 @@ static void name_tables_end_with_null(void **state)
         request_fit_name,          request_light_type_name,   request_alpha_mode_name,
         request_pass_through_name, request_tone_mapping_name, shadow_technique_name,
         transparency_name,         request_light_lists_name,  request_blend_filter_name,
-        request_output_name,       request_format_name};
-    static const int counts[] = {8, 5, 3, 3, 4, 7, 2, 3, 3, REQUEST_OUTPUT_COUNT, 5};
+        request_output_name,       request_format_name,       request_refraction_name,
+        request_studio_name,       request_visibility_name};
+    static const int counts[] = {8, 5, 3, 3, 4, 7, 2, 3, 3, REQUEST_OUTPUT_COUNT, 5, 2, 3, 2};
     for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {
         assert_null(tables[i](-1));
         assert_non_null(tables[i](counts[i] - 1));

@@ -76,7 +76,7 @@ static void each_bit_of_a_row_has_a_name(void **state)
     }
 }
 
-static void techniques_are_told_by_what_they_can_and_have(void **state)
+static void techniques_are_known_by_what_they_can_and_have(void **state)
 {
     (void)state;
     char text[SHADOW_TECHNIQUES_TEXT_BYTES];
@@ -127,7 +127,7 @@ int main(void)
         cmocka_unit_test(names_are_found),
         cmocka_unit_test(auto_has_candidates_and_a_default),
         cmocka_unit_test(each_bit_of_a_row_has_a_name),
-        cmocka_unit_test(techniques_are_told_by_what_they_can_and_have),
+        cmocka_unit_test(techniques_are_known_by_what_they_can_and_have),
         cmocka_unit_test(families_follow_from_the_rows),
         cmocka_unit_test(help_texts_name_them_all),
     };

@@ -65,10 +65,60 @@ static void pictures_in_motion_have_one_sample_and_are_not_ray_traced(void **sta
     }
 }
 
+static struct view_document *document_of(const char *members)
+{
+    char text[512];
+    struct error err = {0};
+    snprintf(text, sizeof text, "{\"scene\":\"" SCENE "\",%s}", members);
+    struct view_document *document = view_document_create(text, strlen(text), &err);
+    assert_non_null(document);
+    return document;
+}
+
+/* With the samples that `stream` wants, where these are more, and nothing else. */
+static void pictures_at_rest_are_refined_to_more_samples(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *members;
+        bool is_refined;
+    } table[] = {
+        {"\"quality\":{}", false},
+        {"\"stream\":{\"rest_samples\":16}", true},
+        {"\"stream\":{\"rest_samples\":4}", false},
+        {"\"stream\":{\"rest_samples\":4},\"quality\":{\"samples\":1}", true},
+        {"\"stream\":{\"rest_samples\":8},\"quality\":{\"shadows\":\"raytraced\"}", true},
+        {"\"stream\":{\"rest_samples\":16},\"quality\":{\"samples\":16}", false},
+        {"\"stream\":{\"rest_samples\":16},\"quality\":{\"reference\":true}", false},
+        {"\"stream\":{\"rest_samples\":16},\"quality\":{\"max_error\":0.1}", false},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++) {
+        struct view_document *document = document_of(table[i].members);
+        const int wanted = view_document_stream(document)->rest_samples;
+        struct view_frame_desc frame = {.format = REQUEST_FORMAT_PNG, .is_refined = true};
+        struct render_request request;
+        struct error err = {0};
+        assert_int_equal(view_document_refines(document), table[i].is_refined);
+        char *refined = view_document_frame(document, &frame, NULL, NULL);
+        frame.is_refined = false;
+        char *exact = view_document_frame(document, &frame, NULL, NULL);
+        if (table[i].is_refined) {
+            assert_true(render_request_parse(refined, strlen(refined), &request, &err));
+            assert_int_equal(request.quality.samples, wanted);
+            assert_string_not_equal(refined, exact);
+            render_request_finish(&request);
+        }
+        free(refined);
+        free(exact);
+        view_document_destroy(document);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pictures_in_motion_have_one_sample_and_are_not_ray_traced),
+        cmocka_unit_test(pictures_at_rest_are_refined_to_more_samples),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -36,6 +36,7 @@ static void every_member_of_a_request_reaches_the_view(void **state)
                    "\"lights\":[{\"type\":\"spot\",\"position\":[0,4,0.1],\"direction\":[0,-1,0],"
                    "\"color\":[1,0.5,0.25],\"intensity\":800,\"inner_cone_deg\":20,"
                    "\"outer_cone_deg\":35,\"range\":9,\"shadow\":false}],\"scene_lights\":false,"
+                   "\"studio\":\"off\",\"ground_plane\":{\"height\":2.5},"
                    "\"overrides\":{\"nodes\":{\"N\":{\"visible\":false,"
                    "\"matrix\":[1,0,0,0,0,1,0,0,0,0,1,0,5,6,7,1]}},"
                    "\"materials\":{\"M\":{\"base_color\":[1,0,0,0.5],\"metallic\":0.25,"
@@ -51,7 +52,8 @@ static void every_member_of_a_request_reaches_the_view(void **state)
                    "\"quality\":{\"shadows\":\"map\",\"transparency\":\"lists\","
                    "\"light_lists\":\"linked\",\"blend_filter\":\"kim\",\"shadow_resolution\":256,"
                    "\"shadow_taps\":9,\"samples\":1,\"faithful\":true,"
-                   "\"environment_samples\":8},"
+                   "\"environment_samples\":8,\"environment_visibility\":\"rays\","
+                   "\"refraction\":\"off\",\"refraction_samples\":6},"
                    "\"outputs\":[\"color\",\"node\"]"));
     struct view_storage storage;
     struct view view;
@@ -72,6 +74,9 @@ static void every_member_of_a_request_reaches_the_view(void **state)
     assert_true(light->color[2] == 0.25f && light->intensity == 800 && light->range == 9);
     assert_true(light->inner_cone_deg == 20 && light->outer_cone_deg == 35);
     assert_true(light->casts_no_shadow && view.ignore_scene_lights);
+    assert_int_equal(view.studio, VIEW_STUDIO_OFF);
+    assert_true(view.ground_plane.is_shown && view.ground_plane.has_height);
+    assert_true(view.ground_plane.height_m == 2.5);
 
     assert_int_equal(view.node_override_count, 1);
     assert_string_equal(view.nodes->node, "N");
@@ -103,6 +108,9 @@ static void every_member_of_a_request_reaches_the_view(void **state)
     assert_true(view.environment_is_background);
     assert_false(view_screen_from_request(&request, IMAGE_FORMAT_PNG).has_backdrop);
     assert_int_equal(view.quality.environment_samples, 8);
+    assert_int_equal(view.quality.refraction, VIEW_REFRACTION_OFF);
+    assert_int_equal(view.quality.refraction_samples, 6);
+    assert_int_equal(view.quality.environment_visibility, VIEW_VISIBILITY_RAYS);
     assert_int_equal(view.quality.shadows, SHADOWS_MAP);
     assert_int_equal(view.quality.transparency, TRANSPARENCY_LISTS);
     assert_int_equal(view.quality.light_lists, VIEW_LIGHT_LISTS_LINKED);
@@ -238,7 +246,8 @@ static const struct {
     COUNT(shadow_draws),
     COUNT(shadow_culled),
     COUNT(light_batches),
-    COUNT(light_slices),
+    COUNT(light_chunks),
+    COUNT(rounds),
     COUNT(split_pixels),
     COUNT(draws),
     COUNT(triangles),
@@ -317,11 +326,11 @@ static void reports_reach_the_stats_whole(void **state)
     for (size_t i = 0; i < COUNTED; i++)
         assert_int_equal(*(uint64_t *)((char *)stats + counted[i].stats), i + 1);
     assert_true(stats->counts.mean_list == 2.5);
-    const struct frame_stats_compression *c = &stats->compression;
+    const struct report_compression *c = &stats->compression;
     assert_true(c->maps == 1 && c->events == 2 && c->nodes == 3 && c->exact_bytes == 4);
     assert_true(c->node_bytes == 5 && c->windows == 6 && c->prefilter == 7);
     assert_true(c->max_error == 0.125);
-    const struct frame_stats_textures *t = &stats->textures;
+    const struct report_textures *t = &stats->textures;
     assert_true(t->budget_bytes == 1 && t->resident_bytes == 2 && t->wanted_bytes == 3);
     assert_true(t->pending_bytes == 4 && t->written_bytes == 5 && t->coarse_count == 6);
     assert_int_equal(t->level_bias, 7);

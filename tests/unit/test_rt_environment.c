@@ -13,7 +13,7 @@
 
 static const double pi = 3.14159265358979323846;
 
-enum { WIDTH = 64, HEIGHT = 32, DRAWS = 1 << 16, MATERIALS = 7 };
+enum { WIDTH = 64, HEIGHT = 32, DRAWS = 1 << 16, MATERIALS = 8 };
 
 static const struct scene_material materials[MATERIALS] = {
     {.base_color = {0.8f, 0.5f, 0.2f, 1}, .roughness = 1},
@@ -36,6 +36,11 @@ static const struct scene_material materials[MATERIALS] = {
      .clearcoat_roughness = 0.6f,
      .sheen_color = {0.3f, 0.3f, 0.3f},
      .sheen_roughness = 0.7f},
+    {.base_color = {0.2f, 0.6f, 0.1f, 1},
+     .roughness = 0.7f,
+     .transmission = 0.3f,
+     .diffuse_transmission = 0.6f,
+     .diffuse_transmission_color = {0.5f, 0.9f, 0.1f}},
 };
 
 /* is_sunny: a bright texel in a sky that is brighter on one side. */
@@ -67,6 +72,7 @@ static void make_reflector(const struct scene_material *m, double cosine,
                                  .occlusion = 1,
                                  .f0 = 0.04,
                                  .transmission = (double)m->transmission,
+                                 .translucence = (double)m->diffuse_transmission,
                                  .specular = 1,
                                  .specular_color = {1, 1, 1},
                                  .coat = (double)m->clearcoat,
@@ -77,6 +83,7 @@ static void make_reflector(const struct scene_material *m, double cosine,
     double sine = sqrt(1 - cosine * cosine), view[3];
     for (int k = 0; k < 3; k++) {
         surface.base[k] = (double)m->base_color[k];
+        surface.translucent[k] = (double)m->diffuse_transmission_color[k];
         surface.sheen_color[k] = (double)m->sheen_color[k];
         view[k] = cosine * surface.normal[k] + sine * across[k];
     }
@@ -91,18 +98,22 @@ static void draw_all(const struct environment_light *light, const struct rt_refl
     sum[0] = sum[1] = sum[2] = 0;
     for (uint32_t i = 0; i < count; i++) {
         double l[3], arriving[3], reflected[3];
-        if (!rt_environment_draw(&sampler, i, l, arriving) || !rt_reflect(reflector, l, reflected))
+        if (!rt_environment_draw(&sampler, i, l, arriving) ||
+            !rt_reflect(sampler.reflector, l, reflected))
             continue;
         for (int k = 0; k < 3; k++)
             sum[k] += reflected[k] * arriving[k];
     }
 }
 
-/* Over a grid of the map's texels, on the side of the viewer. */
+/* Over a grid of the map's texels, on the side of the viewer, and of what diffuses light from
+ * behind on both. */
 static void integrate(const struct environment_light *light, const struct rt_reflector *reflector,
                       double sum[3])
 {
     enum { FINE = 8 };
+    struct rt_environment_sampler sampler;
+    rt_environment_begin(&sampler, light, reflector, 1, 0);
     sum[0] = sum[1] = sum[2] = 0;
     for (int y = 0; y < HEIGHT * FINE; y++) {
         double theta = pi * (y + 0.5) / (HEIGHT * FINE);
@@ -113,7 +124,8 @@ static void integrate(const struct environment_light *light, const struct rt_ref
             double cosine = 0;
             for (int k = 0; k < 3; k++)
                 cosine += l[k] * reflector->normal[k];
-            if (cosine <= 0 || !rt_reflect(reflector, l, reflected))
+            if ((cosine <= 0 && !sampler.has_behind) ||
+                !rt_reflect(sampler.reflector, l, reflected))
                 continue;
             environment_light_radiance(light, l, radiance);
             for (int k = 0; k < 3; k++)

@@ -12,18 +12,19 @@
 #include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_footprint.h"
 
-enum { /* numbers of glTF */
-       NEAREST = 9728,
-       LINEAR = 9729,
-       NEAREST_MIPMAP_NEAREST = 9984,
-       LINEAR_MIPMAP_NEAREST = 9985,
-       NEAREST_MIPMAP_LINEAR = 9986,
-       LINEAR_MIPMAP_LINEAR = 9987,
-       CLAMP = 33071,
-       MIRROR = 33648,
-       REPEAT = 10497,
-       SIDE = 8,
-       LEVELS = 4,
+/* Numbers of glTF. */
+enum {
+    NEAREST = 9728,
+    LINEAR = 9729,
+    NEAREST_MIPMAP_NEAREST = 9984,
+    LINEAR_MIPMAP_NEAREST = 9985,
+    NEAREST_MIPMAP_LINEAR = 9986,
+    LINEAR_MIPMAP_LINEAR = 9987,
+    CLAMP = 33071,
+    MIRROR = 33648,
+    REPEAT = 10497,
+    SIDE = 8,
+    LEVELS = 4,
 };
 
 /* Level k is grey of 10 * (k + 1) steps; texel (x, y) of level 0 has alpha 8 y + x. */
@@ -46,6 +47,14 @@ static void paint(struct picture *picture)
     rt_texel_tables_fill(&picture->tables);
 }
 
+static void sample(const struct rt_texture_lookup *lookup, const struct picture *picture,
+                   double out[4])
+{
+    struct rt_texel_sum sum;
+    rt_texture_find(lookup, &sum);
+    rt_texture_add_up(&sum, &picture->tables, out);
+}
+
 static double grey_of(const struct picture *picture, uint32_t min, uint32_t mag, double lambda)
 {
     const struct scene_texture texture = {
@@ -56,7 +65,7 @@ static double grey_of(const struct picture *picture, uint32_t min, uint32_t mag,
     lookup.per_pixel[0][0] = 0.6 * side; /* across by 3 : 4, the other side is shorter */
     lookup.per_pixel[0][1] = -0.8 * side;
     lookup.per_pixel[1][1] = 0.5 * side;
-    rt_texture_sample(&lookup, &picture->tables, out);
+    sample(&lookup, picture, out);
     return out[0] * 255 / 10 - 1;
 }
 
@@ -91,7 +100,7 @@ static double alpha_at(const struct picture *picture, uint32_t filter, uint32_t 
                                              .is_finest = true,
                                              .at = {x / SIDE, y / SIDE}};
     double out[4];
-    rt_texture_sample(&lookup, &picture->tables, out);
+    sample(&lookup, picture, out);
     return out[3] * 255;
 }
 

@@ -253,11 +253,27 @@ static void keys_that_do_not_fit_are_refused(void **state)
     assert_refused(&m, "no float scalars");
     m = moving, m.input = 9;
     assert_refused(&m, "no accessor 9");
+    m = moving, m.input = -1;
+    assert_refused(&m, "a whole number, not negative, is expected");
+    m = moving, m.node = -1;
+    assert_refused(&m, "a whole number, not negative, is expected");
+    m = moving, m.type = "VEC2";
+    assert_refused(&m, "its values have 2 components, not 3");
     m = moving, m.second_s = 5;
-    assert_refused(&m, "negative or not ascending");
+    assert_refused(&m, "negative or not ascending at key 2");
+    m = moving, m.second_s = -1;
+    assert_refused(&m, "negative or not ascending at key 1");
+    m = moving, m.second_s = NAN;
+    assert_refused(&m, "channel 0: accessor 0: element 1 is not finite");
+    m = moving, m.values[4] = INFINITY;
+    assert_refused(&m, "channel 0: accessor 1: element 1 is not finite");
+    m = moving, m.path = "rotation", m.type = "VEC4";
+    assert_refused(&m, "animation 0: channel 0: its rotation 2 has no direction");
+    m.values[3] = 0;
+    assert_refused(&m, "its rotation 0 has no direction");
 }
 
-static void channels_that_move_no_node_are_told(void **state)
+static void channels_that_move_no_node_are_reported(void **state)
 {
     (void)state;
     struct motion m = moving;
@@ -280,7 +296,7 @@ int main(void)
         cmocka_unit_test(what_hangs_on_a_moved_node_moves_with_it),
         cmocka_unit_test(animations_that_move_nothing_visible_are_known),
         cmocka_unit_test(keys_that_do_not_fit_are_refused),
-        cmocka_unit_test(channels_that_move_no_node_are_told),
+        cmocka_unit_test(channels_that_move_no_node_are_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -51,7 +51,7 @@ static json_t *offer_of_view(void)
 }
 
 struct rig {
-    struct experience *experience;
+    struct time_estimator *estimator;
     struct render_request request;
     struct frame_promise promise;
 };
@@ -59,21 +59,21 @@ struct rig {
 static void rig_init(struct rig *rig)
 {
     struct error err = {0};
-    *rig = (struct rig){.experience = experience_create(&err)};
-    assert_non_null(rig->experience);
+    *rig = (struct rig){.estimator = time_estimator_create(&err)};
+    assert_non_null(rig->estimator);
     render_request_init_defaults(&rig->request);
 }
 
 static void rig_finish(struct rig *rig)
 {
-    experience_destroy(rig->experience);
+    time_estimator_destroy(rig->estimator);
     render_request_finish(&rig->request);
 }
 
 static bool choose(struct rig *rig, const json_t *offer, struct error *err)
 {
     const struct chooser_desc desc = {
-        .experience = rig->experience, .automatic = &measured_speed, .info = &info, .offer = offer};
+        .estimator = rig->estimator, .automatic = &measured_speed, .info = &info, .offer = offer};
     return chooser_choose(&desc, &rig->request, &rig->promise, err);
 }
 
@@ -214,7 +214,7 @@ static void frames_that_take_longer_teach(void **state)
         rig.request.quality.samples = 0;
         rig.request.quality.max_error = 0.03;
         assert_true(choose(&rig, offer, &err));
-        chooser_judge(rig.experience, &rig.promise, stats);
+        chooser_judge(rig.estimator, &rig.promise, stats);
     }
     assert_int_equal(rig.request.quality.shadows, SHADOWS_DEEP); /* 20 ms are less than 100 */
     free(stats);

@@ -26,7 +26,7 @@ static void begin(struct device_trials *trials, const struct gl_device *device,
     json_decref(message);
 }
 
-static void a_death_while_no_device_is_tried_blames_none(void **state)
+static void a_crash_while_no_device_is_tried_blames_none(void **state)
 {
     struct device_trials trials = {0};
     (void)state;
@@ -40,7 +40,7 @@ static void a_death_while_no_device_is_tried_blames_none(void **state)
     assert_int_equal(device_trials_passed_over(&trials), 0);
 }
 
-static void the_second_death_in_a_row_passes_the_device_over(void **state)
+static void the_second_crash_in_a_row_passes_the_device_over(void **state)
 {
     struct device_trials trials = {0};
     (void)state;
@@ -60,7 +60,7 @@ static void the_second_death_in_a_row_passes_the_device_over(void **state)
     assert_int_equal(device_trials_passed_over(&trials), 1);
 }
 
-static void deaths_of_another_device_or_before_it_served_do_not_count(void **state)
+static void crashes_of_another_device_or_before_it_served_do_not_count(void **state)
 {
     struct device_trials trials = {0};
     (void)state;
@@ -150,9 +150,9 @@ static void the_end_lists_each_device_with_its_reason(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_death_while_no_device_is_tried_blames_none),
-        cmocka_unit_test(the_second_death_in_a_row_passes_the_device_over),
-        cmocka_unit_test(deaths_of_another_device_or_before_it_served_do_not_count),
+        cmocka_unit_test(a_crash_while_no_device_is_tried_blames_none),
+        cmocka_unit_test(the_second_crash_in_a_row_passes_the_device_over),
+        cmocka_unit_test(crashes_of_another_device_or_before_it_served_do_not_count),
         cmocka_unit_test(one_hang_passes_the_device_over),
         cmocka_unit_test(the_next_worker_is_told_which_and_why),
         cmocka_unit_test(a_message_that_cannot_be_read_blames_none),

@@ -102,17 +102,17 @@ static void a_task_can_be_taken_out_by_its_ticket_once(void **state)
     assert_int_equal(0, queue.count);
 }
 
-static void two_deaths_in_a_row_quarantine_a_scene(void **state)
+static void two_crashes_in_a_row_quarantine_a_scene(void **state)
 {
     (void)state;
     struct quarantine quarantine = {0};
     struct error err = {0};
-    quarantine_add_death(&quarantine, "a", "signal 11");
+    quarantine_add_crash(&quarantine, "a", "signal 11");
     assert_true(quarantine_check(&quarantine, "a", &err));
     quarantine_clear(&quarantine, "a"); /* a success between them */
-    quarantine_add_death(&quarantine, "a", "signal 11");
+    quarantine_add_crash(&quarantine, "a", "signal 11");
     assert_true(quarantine_check(&quarantine, "a", &err));
-    quarantine_add_death(&quarantine, "a", "signal 7");
+    quarantine_add_crash(&quarantine, "a", "signal 7");
     assert_false(quarantine_check(&quarantine, "a", &err));
     assert_int_equal(ERROR_RENDER_FAILED, err.code);
     assert_non_null(strstr(err.message, "signal 7"));
@@ -124,7 +124,7 @@ static void two_deaths_in_a_row_quarantine_a_scene(void **state)
     assert_int_equal(0, quarantine_count(&quarantine));
 }
 
-static void the_oldest_death_is_forgotten_when_the_table_is_full(void **state)
+static void the_oldest_crash_is_forgotten_when_the_table_is_full(void **state)
 {
     (void)state;
     struct quarantine quarantine = {0};
@@ -132,8 +132,8 @@ static void the_oldest_death_is_forgotten_when_the_table_is_full(void **state)
     char name[16];
     for (int i = 0; i < QUARANTINE_SCENES + 1; i++) {
         snprintf(name, sizeof name, "scene-%d", i);
-        quarantine_add_death(&quarantine, name, "x");
-        quarantine_add_death(&quarantine, name, "x");
+        quarantine_add_crash(&quarantine, name, "x");
+        quarantine_add_crash(&quarantine, name, "x");
     }
     assert_int_equal(QUARANTINE_SCENES, quarantine_count(&quarantine));
     assert_true(quarantine_check(&quarantine, "scene-0", &err));
@@ -200,8 +200,8 @@ int main(void)
         cmocka_unit_test(urgent_and_patient_tasks_are_taken_apart),
         cmocka_unit_test(a_full_queue_refuses_but_takes_retries),
         cmocka_unit_test(a_task_can_be_taken_out_by_its_ticket_once),
-        cmocka_unit_test(two_deaths_in_a_row_quarantine_a_scene),
-        cmocka_unit_test(the_oldest_death_is_forgotten_when_the_table_is_full),
+        cmocka_unit_test(two_crashes_in_a_row_quarantine_a_scene),
+        cmocka_unit_test(the_oldest_crash_is_forgotten_when_the_table_is_full),
         cmocka_unit_test(the_newest_frames_are_kept),
         cmocka_unit_test(frames_may_be_used_by_several_threads),
     };

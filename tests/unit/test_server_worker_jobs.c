@@ -89,8 +89,8 @@ static void a_pause_does_not_count_against_a_frame(void **state)
     assert_int_equal(0, worker_jobs_culprit(&jobs, false));
     assert_true(worker_job_note(urgent, "begin", 410));
     assert_int_equal(1410, worker_jobs_deadline(&jobs, LIMIT_MS, 410));
-    assert_int_equal(1, worker_jobs_culprit(&jobs, false)); /* and not the one that was begun before
-                                                             it */
+    /* Not the one that was begun before it. */
+    assert_int_equal(1, worker_jobs_culprit(&jobs, false));
     assert_true(worker_job_note(urgent, "rendered", 900));
     assert_int_equal(0, worker_jobs_culprit(&jobs, false));
     assert_true(worker_job_note(slow, "resumed", 900));

@@ -63,6 +63,16 @@ static void points_of_an_area_cost_a_step_each(void **state)
     assert_int_in_range(loop_steps_room(&lights, LOOP_STEPS_MAX), 3, 3);
 }
 
+static void a_form_of_an_area_costs_its_sides(void **state)
+{
+    (void)state;
+    struct loop_lights lights = {.surfaces = 1};
+    uint64_t centre = loop_steps_of_lights(&lights, 10);
+    lights.has_area_form = true;
+    assert_int_in_range(loop_steps_of_lights(&lights, 10), centre + 10 * 5 * 17,
+                        centre + 10 * 6 * 17);
+}
+
 static void layers_are_walked_once_more_around_an_eye_in_a_medium(void **state)
 {
     (void)state;
@@ -86,6 +96,7 @@ int main(void)
         cmocka_unit_test(there_is_no_room_beside_too_many_layers),
         cmocka_unit_test(lists_cost_what_their_search_costs),
         cmocka_unit_test(points_of_an_area_cost_a_step_each),
+        cmocka_unit_test(a_form_of_an_area_costs_its_sides),
         cmocka_unit_test(layers_are_walked_once_more_around_an_eye_in_a_medium),
         cmocka_unit_test(the_end_of_loops_leaves_room_for_those_not_counted),
     };

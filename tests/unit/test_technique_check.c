@@ -62,7 +62,7 @@ static void expect_warnings(const struct technique_demand *demand, unsigned can,
 static void references_samples_and_linked_lists_are_refused_by_the_row(void **state)
 {
     (void)state;
-    const struct view_quality reference = {.reference = true}, samples = {.samples = 16},
+    const struct view_quality reference = {.reference = true}, samples = {.samples = 64},
                               linked = {.light_lists = VIEW_LIGHT_LISTS_LINKED};
     expect_refusals(&(struct technique_demand){.quality = &reference}, SHADOW_CAN_REFERENCE);
     expect_refusals(&(struct technique_demand){.quality = &samples}, SHADOW_CAN_MANY_SAMPLES);
@@ -76,7 +76,7 @@ static void area_lights_and_colors_are_warned_of_by_the_row(void **state)
     const struct view_quality quality = {.samples = 1};
     expect_warnings(
         &(struct technique_demand){.quality = &quality, .is_rasterised = true, .area_lights = 2},
-        SHADOW_CAN_AREA_LIGHTS, "2 area lights are drawn from the centre");
+        SHADOW_CAN_AREA_LIGHTS, "2 area lights have a hard shadow, from the centre");
     expect_warnings(&(struct technique_demand){.quality = &quality, .unfiltered_lights = 2},
                     SHADOW_CAN_COLOR, "unchanged, of 2 of 3 lights");
 }

@@ -103,7 +103,7 @@ static void alpha_of_masks_is_exact(void **state)
 
 /* A ramp from 0 to 255 in steps of 17 falls between eight values; what is told is what a decoder of
  * its own finds. */
-static void the_error_of_alpha_is_told(void **state)
+static void the_error_of_alpha_is_reported(void **state)
 {
     (void)state;
     uint8_t rgba[64], blocks[BC3_BYTES];
@@ -137,7 +137,7 @@ int main(void)
         cmocka_unit_test(what_no_line_holds_has_an_error),
         cmocka_unit_test(a_ramp_is_near),
         cmocka_unit_test(alpha_of_masks_is_exact),
-        cmocka_unit_test(the_error_of_alpha_is_told),
+        cmocka_unit_test(the_error_of_alpha_is_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

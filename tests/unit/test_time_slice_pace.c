@@ -49,7 +49,7 @@ static void the_first_piece_takes_as_long_as_others_may_wait(void **state)
     (void)state;
     time_slice_history_note(&history, key_of(1), PIXELS, &report);
     const struct time_slice_pace pace = time_slice_history_find(&history, key_of(1));
-    assert_int_equal(2500 * TIME_SLICE_MS, time_slice_pace_first(&pace, TIME_SLICE_ENTRIES, 77));
+    assert_int_equal(2500 * TIME_SLICE_MS, time_slice_pace_first(&pace, TIME_SLICE_LAYERS, 77));
     assert_int_equal(PIXELS / 10 * TIME_SLICE_MS,
                      time_slice_pace_first(&pace, TIME_SLICE_PIXELS, 77));
     assert_int_equal(2 * TIME_SLICE_MS, time_slice_pace_first(&pace, TIME_SLICE_SHADOWS, 77));

@@ -21,7 +21,7 @@ static int walk(uint64_t total, uint64_t first_count, uint64_t granule, double m
         done += slices.count;
         assert_int_equal(time_slices_is_last(&slices), done == total);
         double ms = (double)slices.count * ms_per_unit * (slices.first >= dear ? 10 : 1);
-        time_slices_took(&slices, ms);
+        time_slices_learn(&slices, slices.count, ms);
         *longest_ms = ms > *longest_ms ? ms : *longest_ms;
         assert_true(pieces < 1000000);
     }

@@ -88,11 +88,11 @@ static void lists_are_lit_at_once(void **state)
     assert_int_equal(lists->count_sets(&layers), 0);
     assert_true(lists->light(&layers, &frame, &lighter, &err));
     assert_int_equal(surfaces, 0);
-    layers.entry_count = 7;
+    layers.layer_count = 7;
     assert_int_equal(lists->count_sets(&layers), 1);
     assert_true(lists->light(&layers, &frame, &lighter, &err));
     assert_int_equal(surfaces, 7);
-    layers.entry_count = 9; /* a lighter that fails */
+    layers.layer_count = 9; /* a lighter that fails */
     assert_false(lists->light(&layers, &frame, &lighter, &err));
 }
 

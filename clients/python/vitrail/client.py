@@ -11,6 +11,7 @@ from typing import Any, Dict, List, Mapping, Optional, Union
 from .connection import Connection, Reply, query_of
 from .errors import VitrailError
 from .image import Image, image_from
+from .job import Job
 from .upload import Files, Path, files_of, multipart
 from .view import View
 
@@ -93,25 +94,37 @@ class Client:
     def post_scene(self, content: Union[Path, bytes, Files],
                    name: Optional[str] = None,
                    scene: Optional[str] = None, *, unit: Optional[str] = None,
-                   up: Optional[str] = None) -> Dict[str, Any]:
+                   up: Optional[str] = None, deflection: Optional[float] = None,
+                   request_id: Optional[str] = None) -> Dict[str, Any]:
         """Brings a scene and answers its summary; harmless when it is there already.
 
         name: what it is called; None takes the name of the file.
         scene: which scene of the file, by its name or "#1", its index; None leaves it to the file.
 
         unit: what one unit of a file that is not glTF is: mm, cm, m, in, ft; up: its axis that
-        points up: y, z. None leaves them to the file.
+        points up: y, z. None leaves them to the file. deflection: how far the triangles of STEP
+        and IGES may be off their surfaces, in units of the file; None: a thousandth of each part.
+
+        request_id: 1 to 64 of A-Z a-z 0-9 . _ -, by which upload_status tells how far its reading
+        is.
 
         content: the path of a .glb, of a .gltf or .obj whose files lie where it says, or of a file
         of another format; the bytes of a .glb; or files by relative name, one of them the scene."""
-        route = "/v1/scenes" + query_of(name=name or None, scene=scene or None, unit=unit, up=up)
+        route = "/v1/scenes" + query_of(name=name or None, scene=scene or None, unit=unit, up=up,
+                                       deflection=deflection)
+        headers = {"X-Request-Id": request_id} if request_id else {}
         if isinstance(content, (bytes, bytearray, memoryview)):
-            reply = self.connection.request("POST", route, bytes(content),
-                                            {"Content-Type": "model/gltf-binary"})
-            return reply.json()
+            headers["Content-Type"] = "model/gltf-binary"
+            return self.connection.request("POST", route, bytes(content), headers).json()
         files = content if isinstance(content, Mapping) else files_of(content)
-        body, media_type = multipart(files)
-        return self.connection.request("POST", route, body, {"Content-Type": media_type}).json()
+        body, headers["Content-Type"] = multipart(files)
+        return self.connection.request("POST", route, body, headers).json()
+
+    def upload_status(self, request_id: str) -> Dict[str, Any]:
+        """How far the reading of an upload is: state, elapsed_s, progress (stage and share).
+
+        To be asked from another thread, with a client of its own; 404 once it ended."""
+        return self.get(f"/v1/uploads/{urllib.parse.quote(request_id, safe='')}")
 
     def post_demo(self, name: Optional[str] = None) -> Dict[str, Any]:
         """Has the server make its demo scene and answers its summary.
@@ -209,6 +222,24 @@ class Client:
     def cancel_tradeoff(self, tradeoff: str) -> None:
         """What is measured stays."""
         self.connection.request("DELETE", f"/v1/tradeoffs/{tradeoff}")
+
+    # ---- jobs: lists of frames ----
+
+    def jobs(self) -> List[Job]:
+        """Newest first; their summaries lack outputs, failures and request."""
+        return [Job(self, found) for found in self.get("/v1/jobs")["jobs"]]
+
+    def create_job(self, scene: str, *, key: Optional[str] = None, **members: Any) -> Job:
+        """Has frames rendered, whatever ends meanwhile; members as in docs/reference/jobs.md.
+
+        key: what this request is called (Idempotency-Key): sent again, it is the same job."""
+        headers = {"Idempotency-Key": key} if key else {}
+        return Job(self, self.send("POST", "/v1/jobs", {"scene": scene, **members},
+                                   headers).json())
+
+    def job(self, job: str) -> Job:
+        """One that exists already."""
+        return Job(self, self.get(f"/v1/jobs/{urllib.parse.quote(job, safe='')}"))
 
     # ---- views ----
 

@@ -42,6 +42,7 @@ class Frame(Image):
 
     exact: bool = False  # False: made small and quickly, because things move
     scale: float = 1.0
+    refined: bool = False  # exact, with the samples that `stream` wants at rest
 
 
 @dataclass(frozen=True)
@@ -68,4 +69,5 @@ def image_from(headers: Mapping[str, str], data: bytes) -> Image:
 def frame_from(headers: Mapping[str, str], data: bytes) -> Frame:
     image = image_from(headers, data)
     return Frame(**vars(image), exact=headers.get("x-view-exact") == "1",
-                 scale=float(headers.get("x-view-scale", "1")))
+                 scale=float(headers.get("x-view-scale", "1")),
+                 refined=headers.get("x-view-refined") == "1")

@@ -16,18 +16,19 @@ Path = Union[str, "os.PathLike[str]"]
 
 # By suffix: the names of the formats beside glTF.
 FORMATS = {".obj": "obj", ".ply": "ply", ".stl": "stl", ".fbx": "fbx", ".dae": "collada",
-           ".3mf": "3mf", ".3ds": "3ds", ".iv": "iv"}
+           ".3mf": "3mf", ".3ds": "3ds", ".iv": "iv",
+           ".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges"}
 UNITS_M = {"mm": 0.001, "cm": 0.01, "m": 1, "in": 0.0254, "ft": 0.3048}
 
 
 def scene_id(content: Union[Path, bytes, Files], *, unit: Optional[str] = None,
-             up: Optional[str] = None) -> str:
+             up: Optional[str] = None, deflection: Optional[float] = None) -> str:
     """The id that the server will give: the SHA-256 of one file, or of the manifest of several.
 
-    content, unit and up as those of Client.post_scene: a path, the bytes of a .glb, or files by
-    name."""
+    content, unit, up and deflection as those of Client.post_scene: a path, the bytes of a .glb, or
+    files by name."""
     if isinstance(content, (str, os.PathLike)):
-        return scene_id(files_of(content), unit=unit, up=up)
+        return scene_id(files_of(content), unit=unit, up=up, deflection=deflection)
     if isinstance(content, (bytes, bytearray, memoryview)):
         return hashlib.sha256(content).hexdigest()
     own = _id_of_files(content)
@@ -35,7 +36,8 @@ def scene_id(content: Union[Path, bytes, Files], *, unit: Optional[str] = None,
     if form is None:
         return own
     metres = "-" if unit is None else f"{UNITS_M[unit]:.9g}"
-    line = f"vitrail-scene-as-1\n{own} {form} {metres} {up or '-'}\n"
+    within = "" if deflection is None else f" {deflection:.9g}"
+    line = f"vitrail-scene-as-1\n{own} {form} {metres} {up or '-'}{within}\n"
     return hashlib.sha256(line.encode()).hexdigest()
 
 

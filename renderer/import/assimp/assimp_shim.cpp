@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The one door to assimp (5.2 to 6): from the files of an upload in memory to glTF. No exception
+// The only user of assimp (5.2 to 6): from the files of an upload in memory to glTF. No exception
 // leaves this file, and no file but those of the upload is seen.
 #include "renderer/import/assimp/conversion.h"
 #include "renderer/import/assimp/inventor.h"
+#include "renderer/import/assimp/moving.h"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -83,8 +82,13 @@ class upload_files : public Assimp::IOSystem
 {
   public:
     explicit upload_files(conversion_state &conversion)
-        : state(conversion), root_name(name_of(*conversion.input))
+        : state(conversion), root_name(name_of(*conversion.input)), root(*conversion.input->root)
     {
+        if (conversion.input->format != SCENE_FORMAT_COLLADA)
+            return;
+        prepared = prepare_collada(state, {static_cast<const char *>(root.bytes), root.size_bytes});
+        root.bytes = prepared.data();
+        root.size_bytes = prepared.size();
     }
     static const char *suffix(enum scene_format format)
     {
@@ -110,7 +114,8 @@ class upload_files : public Assimp::IOSystem
         const struct scene_file *file = strchr(mode, 'w') ? nullptr : find(name);
         if (!file)
             state.missing.insert(name);
-        else if (file != state.input->root && state.input->format == SCENE_FORMAT_OBJ)
+        else if (file != &root && file != state.input->root &&
+                 state.input->format == SCENE_FORMAT_OBJ)
             check_mtl(*file);
         return file ? new memory_stream(*file) : nullptr;
     }
@@ -129,8 +134,10 @@ class upload_files : public Assimp::IOSystem
   private:
     const struct scene_file *find(const char *name) const
     {
-        return name == root_name ? state.input->root : state.find(name);
+        return name == root_name ? &root : state.find(name);
     }
+    std::string prepared; // the bytes of root, where assimp is not to see those of the upload
+    struct scene_file root;
 };
 
 // Lines of assimp's log by which it goes on with something made up: the file is broken.
@@ -146,8 +153,8 @@ const char *const BROKEN[] = {
     "Not supported token in face description",  // OBJ
     "Ignoring empty face",                      // OBJ
 };
-// Lines that are told better elsewhere, or of what has no meaning here.
-const char *const TOLD_ELSEWHERE[] = {
+// Lines about what a warning of our own says better, or about what has no meaning here.
+const char *const SAID_ELSEWHERE[] = {
     "unexpected illumination model",
     "Unable to locate material file",
     "Unable to locate fallback material file",
@@ -195,7 +202,7 @@ class log_reader : public Assimp::Logger
                     state.broken = message;
                 return;
             }
-        for (const char *part : TOLD_ELSEWHERE)
+        for (const char *part : SAID_ELSEWHERE)
             if (strstr(message, part))
                 return;
         state.warn(std::string("assimp: ") + message);
@@ -264,19 +271,21 @@ void check_faces(aiMesh &mesh, unsigned index)
 }
 
 // Before assimp's own steps work on them.
-void check_meshes(const aiScene &scene)
+void prepare_meshes(const aiScene &scene)
 {
     size_t faces = 0;
     for (unsigned m = 0; m < scene.mNumMeshes; m++) {
         faces += scene.mMeshes[m]->mNumFaces;
         check_vertices(*scene.mMeshes[m], m);
         check_faces(*scene.mMeshes[m], m);
+        check_targets(*scene.mMeshes[m], m);
+        keep_apart(*scene.mMeshes[m]);
     }
     if (scene.mNumMeshes > 0 && faces == 0)
         refuse("it has vertices, and no face");
 }
 
-// Those of STL are of its facets: what is round is told by angles alone.
+// Those of STL are of its facets: angles alone decide what is round.
 void drop_facet_normals(const aiScene &scene)
 {
     for (unsigned m = 0; m < scene.mNumMeshes; m++) {
@@ -285,18 +294,18 @@ void drop_facet_normals(const aiScene &scene)
     }
 }
 
-told_units find_units(const struct converter_input &input, const aiScene &scene)
+file_units find_units(const struct converter_input &input, const aiScene &scene)
 {
-    told_units told = read_units(input, scene);
+    file_units units = read_units(input, scene);
     if (input.unit_m > 0) {
-        told.origin.unit_m = input.unit_m;
-        told.origin.unit_by = SCENE_WORD_REQUEST;
+        units.origin.unit_m = input.unit_m;
+        units.origin.unit_by = SCENE_WORD_REQUEST;
     }
     if (input.up) {
-        told.origin.up = input.up;
-        told.origin.up_by = SCENE_WORD_REQUEST;
+        units.origin.up = input.up;
+        units.origin.up_by = SCENE_WORD_REQUEST;
     }
-    return told;
+    return units;
 }
 
 void warn_of_origin(conversion_state &state, const struct scene_origin &origin)
@@ -330,22 +339,11 @@ void read_scene(Assimp::Importer &importer, conversion_state &state, upload_file
         refuse("%.*s", int(SHOWN_MAX), state.broken.c_str());
     if (scene->mFlags & AI_SCENE_FLAGS_INCOMPLETE && scene->mNumMeshes == 0)
         refuse("it holds no mesh");
-    check_meshes(*scene);
+    prepare_meshes(*scene);
     if (state.input->format == SCENE_FORMAT_STL)
         drop_facet_normals(*scene);
     if (!importer.ApplyPostProcessing(STEPS))
         refuse_by(importer);
-}
-
-char *copy(const void *bytes, size_t size_bytes)
-{
-    char *out = static_cast<char *>(malloc(size_bytes + 1));
-    if (!out)
-        throw std::bad_alloc();
-    if (size_bytes > 0)
-        memcpy(out, bytes, size_bytes);
-    out[size_bytes] = '\0';
-    return out;
 }
 
 // Assimp tries a library with the name of the OBJ where the one that it names is not there.
@@ -367,7 +365,7 @@ void convert_all(const struct converter_input *input, struct converter_output *o
     Assimp::Importer importer;
     read_scene(importer, state, new upload_files(state));
     warn_of_missing(state);
-    told_units units = find_units(*input, *importer.GetScene());
+    file_units units = find_units(*input, *importer.GetScene());
     output->origin = units.origin;
     warn_of_origin(state, units.origin);
     gltf_text gltf = write_gltf(state, *importer.GetScene(), units);
@@ -375,36 +373,22 @@ void convert_all(const struct converter_input *input, struct converter_output *o
     std::string lines;
     for (const std::string &line : state.warnings)
         lines += line + "\n";
-    output->warnings = copy(lines.data(), lines.size());
-    output->json_bytes = gltf.json.size();
-    output->json = copy(gltf.json.data(), gltf.json.size());
-    output->buffer_bytes = gltf.buffer.size();
-    output->buffer = copy(gltf.buffer.data(), gltf.buffer.size());
+    give(output, gltf.json, gltf.buffer, lines);
 }
 
 bool convert(const struct converter_input *input, struct converter_output *output,
              struct error *err)
 {
     *output = {};
-    try {
-        convert_all(input, output);
-        return true;
-    } catch (const std::bad_alloc &) {
-        return error_set(err, ERROR_NO_MEMORY, "reading it");
-    } catch (const std::length_error &) { // a count that no container takes
-        return error_set(err, ERROR_NO_MEMORY, "a count in it is too large");
-    } catch (const std::exception &problem) {
-        return error_set(err, ERROR_INVALID_SCENE, "%s", problem.what());
-    } catch (...) {
-        return error_set(err, ERROR_INVALID_SCENE, "assimp gave up without a word");
-    }
+    return guarded(
+        "assimp", [&] { convert_all(input, output); }, err);
 }
 
 void warm_up()
 {
     static const char triangle[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     const struct scene_file file = {"scene.obj", triangle, sizeof triangle - 1};
-    const struct converter_input input = {&file, 1, &file, SCENE_FORMAT_OBJ, 1, 'y'};
+    const struct converter_input input = {&file, 1, &file, SCENE_FORMAT_OBJ, 1, 'y', 0};
     struct converter_output output;
     struct error ignored = {};
     if (!convert(&input, &output, &ignored))
@@ -416,38 +400,18 @@ void warm_up()
 
 } // namespace
 
-std::string text(const char *format, ...)
-{
-    char line[400];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(line, sizeof line, format, arguments);
-    va_end(arguments);
-    return line;
-}
-
-void refuse(const char *format, ...)
-{
-    char line[200];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(line, sizeof line, format, arguments);
-    va_end(arguments);
-    throw fault(line);
-}
-
 void conversion_state::warn(const std::string &line)
 {
     std::string whole;
     for (char c : line)
         whole += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-    for (const std::string &told : warnings)
-        if (told == whole)
+    for (const std::string &known : warnings)
+        if (known == whole)
             return;
     if (warnings.size() < WARNINGS_MAX)
         warnings.push_back(whole);
     else if (warnings.size() == WARNINGS_MAX)
-        warnings.push_back("there are more warnings than are told");
+        warnings.push_back("there are more warnings than are listed");
 }
 
 namespace

@@ -6,12 +6,11 @@
 
 #include <map>
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "renderer/import/converter.h"
+#include "renderer/import/module/module.h"
 
 struct aiCamera;
 struct aiLight;
@@ -21,15 +20,7 @@ struct aiScene;
 namespace vitrail
 {
 
-// What is wrong with the file, for its sender.
-struct fault : std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
-[[noreturn]] void refuse(const char *format, ...) __attribute__((format(printf, 1, 2)));
-std::string text(const char *format, ...) __attribute__((format(printf, 1, 2)));
-
-// A few elements of JSON written out, as text.
-std::string json_string(const std::string &utf8); // with its quotes; what is not UTF-8 is replaced
+// A list of JSON written out, as text.
 std::string json_numbers(const float *values, size_t count);
 
 struct conversion_state {
@@ -48,15 +39,17 @@ struct conversion_state {
 void check_source(const struct converter_input &input);
 void check_ply(std::string_view bytes);
 void check_mtl(const struct scene_file &file); // a library of materials
-// The unit of a 3MF package, which assimp does not tell; 0: it tells none, or is broken.
+// The text of a COLLADA scene as assimp can read it.
+std::string prepare_collada(conversion_state &state, std::string_view bytes);
+// The unit of a 3MF package, which assimp does not pass on; 0: it names none, or is broken.
 double read_3mf_unit(std::string_view bytes);
-// The unit and the axis that the file tells, and what assimp has made of them already.
-struct told_units {
+// The unit and the axis that the file names, and what assimp has made of them already.
+struct file_units {
     struct scene_origin origin;
     double applied_unit_m;
     char applied_up;
 };
-told_units read_units(const struct converter_input &input, const aiScene &scene);
+file_units read_units(const struct converter_input &input, const aiScene &scene);
 
 // The images and textures that materials name.
 struct texture_table {
@@ -91,7 +84,7 @@ struct gltf_text {
 };
 // The whole scene under a node that turns the unit and axis into metres and +Y, less what is
 // applied.
-gltf_text write_gltf(conversion_state &state, const aiScene &scene, const told_units &units);
+gltf_text write_gltf(conversion_state &state, const aiScene &scene, const file_units &units);
 
 } // namespace vitrail
 

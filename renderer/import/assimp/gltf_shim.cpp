@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Writes what assimp read as glTF 2.0.
 #include "renderer/import/assimp/conversion.h"
+#include "renderer/import/assimp/moving.h"
 
 #include <algorithm>
 #include <array>
@@ -18,90 +19,51 @@ namespace vitrail
 namespace
 {
 
-enum { FLOATS = 5126, INDICES = 5125 }; // component types of glTF
 enum { MODE_POINTS = 0, MODE_LINES = 1, MODE_TRIANGLES = 4 };
-constexpr size_t ALIGNMENT = 4;
 constexpr float OPAQUE = 0.9999f;
-
-// A list of JSON values.
-class json_list
-{
-  public:
-    size_t add(const std::string &value)
-    {
-        if (count > 0)
-            text += ',';
-        text += value;
-        return count++;
-    }
-    // The member with its comma in front; nothing for an empty list.
-    std::string member(const char *name) const
-    {
-        return count == 0 ? "" : std::string(",\"") + name + "\":[" + text + "]";
-    }
-    size_t count = 0;
-
-  private:
-    std::string text;
-};
 
 class gltf_writer
 {
   public:
-    gltf_writer(conversion_state &conversion, const aiScene &from, const told_units &by)
-        : state(conversion), scene(from), units(by)
+    gltf_writer(conversion_state &conversion, const aiScene &from, const file_units &by)
+        : state(conversion), scene(from), units(by), table(from), skins(conversion, table),
+          moved(moved_nodes(conversion, from, table))
     {
     }
     gltf_text write();
 
   private:
-    int add_view(const void *bytes, size_t size_bytes);
-    int add_accessor(int component, const char *type, size_t count, const void *bytes,
-                     size_t size_bytes, const std::string &rest);
     int add_vectors(const aiVector3D *from, size_t count, int components);
     int add_positions(const aiMesh &mesh);
     int add_colors(const aiMesh &mesh);
     int add_indices(const aiMesh &mesh, unsigned corners);
     int add_material(unsigned index, const surface_use &use);
-    std::string primitive_of(const aiMesh &mesh);
-    int add_mesh(const aiNode &node);
+    std::string primitive_of(const aiMesh &mesh, int skin);
+    std::string write_mesh(const aiNode &node, const mesh_group &group);
+    const std::vector<mesh_group> &group_meshes(const aiNode &node);
+    std::string add_mesh(const aiNode &node, const mesh_group &group);
+    std::string add_meshes(const aiNode &node, std::string *below);
+    void note_morphed(const aiNode &node, size_t index, const mesh_group &group);
     size_t add_node(const aiNode &node, const std::string &children);
     size_t add_nodes();
     std::string root_matrix() const;
-    void warn_of_left_out();
     void add_placed();
 
     conversion_state &state;
     const aiScene &scene;
-    const told_units &units;
-    gltf_text out;
-    json_list views, accessors, meshes, nodes, materials, lights, cameras;
+    const file_units &units;
+    node_table table;
+    skin_table skins;
+    std::set<const aiNode *> moved; // by animations
+    gltf_data data;
+    json_list meshes, nodes, materials, lights, cameras;
     std::map<std::string, std::string> placed; // by name of node: indices of lights and cameras
     texture_table textures;
-    std::map<unsigned, std::string> primitives;   // by mesh of assimp
-    std::map<std::vector<unsigned>, int> mesh_of; // by the meshes of a node
+    std::map<std::pair<unsigned, int>, std::string> primitives; // by mesh of assimp and skin
+    std::map<std::vector<unsigned>, std::vector<mesh_group>> groups_of; // by the meshes of a node
+    std::map<std::vector<unsigned>, int> mesh_of;                       // by those of a group
     std::map<std::pair<unsigned, surface_use>, int> material_of;
 };
-
-int gltf_writer::add_view(const void *bytes, size_t size_bytes)
-{
-    out.buffer.resize((out.buffer.size() + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
-    size_t offset = out.buffer.size();
-    const unsigned char *from = static_cast<const unsigned char *>(bytes);
-    out.buffer.insert(out.buffer.end(), from, from + size_bytes);
-    return int(views.add(
-        text("{\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu}", offset, size_bytes)));
-}
-
-int gltf_writer::add_accessor(int component, const char *type, size_t count, const void *bytes,
-                              size_t size_bytes, const std::string &rest)
-{
-    int view = add_view(bytes, size_bytes);
-    return int(accessors.add(text("{\"bufferView\":%d,\"componentType\":%d,\"count\":%zu,"
-                                  "\"type\":\"%s\"",
-                                  view, component, count, type) +
-                             rest + "}"));
-}
 
 int gltf_writer::add_vectors(const aiVector3D *from, size_t count, int components)
 {
@@ -114,25 +76,17 @@ int gltf_writer::add_vectors(const aiVector3D *from, size_t count, int component
         if (components == 3)
             values.push_back(float(from[i].z));
     }
-    return add_accessor(FLOATS, components == 2 ? "VEC2" : "VEC3", count, values.data(),
-                        values.size() * sizeof(float), "");
+    return data.add_floats(components == 2 ? "VEC2" : "VEC3", count, values);
 }
 
 int gltf_writer::add_positions(const aiMesh &mesh)
 {
-    float low[3] = {0, 0, 0}, high[3] = {0, 0, 0};
     std::vector<float> values;
     values.reserve(3 * size_t(mesh.mNumVertices));
     for (unsigned v = 0; v < mesh.mNumVertices; v++)
-        for (unsigned i = 0; i < 3; i++) {
-            float value = float(mesh.mVertices[v][i]);
-            low[i] = v == 0 ? value : std::min(low[i], value);
-            high[i] = v == 0 ? value : std::max(high[i], value);
-            values.push_back(value);
-        }
-    return add_accessor(FLOATS, "VEC3", mesh.mNumVertices, values.data(),
-                        values.size() * sizeof(float),
-                        ",\"min\":" + json_numbers(low, 3) + ",\"max\":" + json_numbers(high, 3));
+        for (unsigned i = 0; i < 3; i++)
+            values.push_back(float(mesh.mVertices[v][i]));
+    return data.add_places(values);
 }
 
 // IEC 61966-2-1.
@@ -157,8 +111,7 @@ int gltf_writer::add_colors(const aiMesh &mesh)
             values.push_back(i < 3 ? linear_of(channels[i]) : channels[i]);
         }
     }
-    return add_accessor(FLOATS, "VEC4", mesh.mNumVertices, values.data(),
-                        values.size() * sizeof(float), "");
+    return data.add_floats("VEC4", mesh.mNumVertices, values);
 }
 
 int gltf_writer::add_indices(const aiMesh &mesh, unsigned corners)
@@ -168,8 +121,8 @@ int gltf_writer::add_indices(const aiMesh &mesh, unsigned corners)
     for (unsigned f = 0; f < mesh.mNumFaces; f++)
         if (mesh.mFaces[f].mNumIndices == corners)
             values.insert(values.end(), mesh.mFaces[f].mIndices, mesh.mFaces[f].mIndices + corners);
-    return add_accessor(INDICES, "SCALAR", values.size(), values.data(),
-                        values.size() * sizeof(uint32_t), "");
+    return data.add_accessor(INDICES, "SCALAR", values.size(), values.data(),
+                             values.size() * sizeof(uint32_t), "");
 }
 
 bool has_alpha(const aiMesh &mesh)
@@ -239,7 +192,7 @@ int gltf_writer::add_material(unsigned index, const surface_use &use)
     return added;
 }
 
-std::string gltf_writer::primitive_of(const aiMesh &mesh)
+std::string gltf_writer::primitive_of(const aiMesh &mesh, int skin)
 {
     unsigned corners = mesh.mPrimitiveTypes & aiPrimitiveType_TRIANGLE ? 3
                        : mesh.mPrimitiveTypes & aiPrimitiveType_LINE   ? 2
@@ -254,58 +207,99 @@ std::string gltf_writer::primitive_of(const aiMesh &mesh)
                                add_vectors(mesh.mTextureCoords[set], mesh.mNumVertices, 2));
     if (mesh.mColors[0])
         attributes += text(",\"COLOR_0\":%d", add_colors(mesh));
+    if (skin >= 0)
+        attributes += skins.influences(data, mesh, skin);
     surface_use use = {mesh.mColors[0] != nullptr, has_alpha(mesh),
                        corners == 3 && is_closed_body(mesh)};
     std::string primitive = text("{\"mode\":%d,\"indices\":%d", mode, add_indices(mesh, corners));
     if (mesh.mMaterialIndex < scene.mNumMaterials)
         primitive += text(",\"material\":%d", add_material(mesh.mMaterialIndex, use));
-    return primitive + ",\"attributes\":{" + attributes + "}}";
+    return primitive + ",\"attributes\":{" + attributes + "}" + write_targets(state, data, mesh) +
+           "}";
 }
 
-// The meshes of a node are one of glTF, which nodes that have the same share. -1: none.
-int gltf_writer::add_mesh(const aiNode &node)
+// Those that have faces. Mostly all meshes of a node are one of glTF.
+const std::vector<mesh_group> &gltf_writer::group_meshes(const aiNode &node)
 {
-    if (node.mNumMeshes == 0)
-        return -1;
-    std::vector<unsigned> key;
-    for (unsigned i = 0; i < node.mNumMeshes; i++)
-        key.push_back(node.mMeshes[i]);
-    auto known = mesh_of.find(key);
-    if (known != mesh_of.end())
+    std::vector<unsigned> key(node.mMeshes, node.mMeshes + node.mNumMeshes);
+    auto known = groups_of.find(key);
+    if (known != groups_of.end())
         return known->second;
-    json_list list;
+    std::vector<mesh_group> groups;
     for (unsigned index : key) {
         if (index >= scene.mNumMeshes || scene.mMeshes[index]->mNumFaces == 0)
             continue;
-        if (primitives.find(index) == primitives.end())
-            primitives[index] = primitive_of(*scene.mMeshes[index]);
-        list.add(primitives[index]);
+        const aiMesh &mesh = *scene.mMeshes[index];
+        mesh_group *into = nullptr;
+        size_t targets = targets_of(state, mesh).size();
+        for (mesh_group &group : groups)
+            if (!into && group.targets == targets && (group.skin >= 0) == (mesh.mNumBones > 0) &&
+                (group.skin < 0 || skins.take(mesh, group.skin) >= 0))
+                into = &group;
+        if (into) {
+            into->meshes.push_back(index);
+            continue;
+        }
+        groups.push_back({{index}, targets, mesh.mNumBones > 0 ? skins.take(mesh, -1) : -1});
     }
-    int added = -1;
-    if (list.count > 0) {
-        const aiString &own = scene.mMeshes[key[0]]->mName;
-        added = int(meshes.add("{\"name\":" + json_string((own.length ? own : node.mName).C_Str()) +
-                               list.member("primitives") + "}"));
-    }
-    mesh_of[key] = added;
-    return added;
+    return groups_of[key] = groups;
 }
 
-bool is_finite(const aiMatrix4x4 &matrix)
+std::string gltf_writer::write_mesh(const aiNode &node, const mesh_group &group)
 {
-    for (unsigned row = 0; row < 4; row++)
-        for (unsigned column = 0; column < 4; column++)
-            if (!std::isfinite(matrix[row][column]))
-                return false;
-    return true;
+    json_list list;
+    for (unsigned index : group.meshes) {
+        auto key = std::make_pair(index, group.skin);
+        if (primitives.find(key) == primitives.end())
+            primitives[key] = primitive_of(*scene.mMeshes[index], group.skin);
+        list.add(primitives[key]);
+    }
+    const aiMesh &first = *scene.mMeshes[group.meshes[0]];
+    std::string object =
+        "{\"name\":" + json_string((first.mName.length ? first.mName : node.mName).C_Str()) +
+        list.member("primitives");
+    std::vector<float> weights = target_weights(state, first);
+    if (!weights.empty())
+        object += ",\"weights\":" + json_numbers(weights.data(), weights.size());
+    return object + "}";
+}
+
+// The members by which a node of glTF shows the group. Nodes that have the same meshes share one.
+std::string gltf_writer::add_mesh(const aiNode &node, const mesh_group &group)
+{
+    std::vector<unsigned> key = group.meshes;
+    key.push_back(unsigned(group.skin));
+    auto known = mesh_of.find(key);
+    if (known == mesh_of.end())
+        known = mesh_of.emplace(key, int(meshes.add(write_mesh(node, group)))).first;
+    std::string members = text(",\"mesh\":%d", known->second);
+    return group.skin < 0 ? members : members + text(",\"skin\":%d", group.skin);
+}
+
+void gltf_writer::note_morphed(const aiNode &node, size_t index, const mesh_group &group)
+{
+    if (group.targets > 0)
+        table.morphs[&node].push_back({index, group.targets});
+}
+
+// The members of the first group; each other one becomes a node below.
+std::string gltf_writer::add_meshes(const aiNode &node, std::string *below)
+{
+    const std::vector<mesh_group> &groups = group_meshes(node);
+    for (size_t i = 1; i < groups.size(); i++) {
+        const aiString &name = scene.mMeshes[groups[i].meshes[0]]->mName;
+        std::string object = "{\"name\":" + json_string((name.length ? name : node.mName).C_Str());
+        size_t index = nodes.add(object + add_mesh(node, groups[i]) + "}");
+        note_morphed(node, index, groups[i]);
+        *below += (below->empty() ? "" : ",") + std::to_string(index);
+    }
+    return groups.empty() ? "" : add_mesh(node, groups[0]);
 }
 
 std::string matrix_text(const aiMatrix4x4 &matrix)
 {
     float values[16];
-    for (unsigned column = 0; column < 4; column++)
-        for (unsigned row = 0; row < 4; row++)
-            values[4 * column + row] = float(matrix[row][column]);
+    put_matrix(matrix, values);
     return ",\"matrix\":" + json_numbers(values, 16);
 }
 
@@ -316,12 +310,12 @@ size_t gltf_writer::add_node(const aiNode &node, const std::string &children)
     if (!is_finite(matrix))
         refuse("node '%.80s': its transform is not finite", node.mName.C_Str());
     std::string object = "{\"name\":" + json_string(node.mName.C_Str());
-    if (!matrix.IsIdentity())
+    if (moved.count(&node))
+        object += write_rest(state, node);
+    else if (!matrix.IsIdentity())
         object += matrix_text(matrix);
-    int mesh = add_mesh(node);
-    if (mesh >= 0)
-        object += text(",\"mesh\":%d", mesh);
     std::string below = children;
+    object += add_meshes(node, &below);
     auto own = placed.find(node.mName.C_Str());
     if (own != placed.end() && !own->second.empty()) {
         below += (below.empty() ? "" : ",") + own->second;
@@ -329,7 +323,12 @@ size_t gltf_writer::add_node(const aiNode &node, const std::string &children)
     }
     if (!below.empty())
         object += ",\"children\":[" + below + "]";
-    return nodes.add(object + "}");
+    size_t index = nodes.add(object + "}");
+    table.written[&node] = index;
+    const std::vector<mesh_group> &groups = group_meshes(node);
+    if (!groups.empty())
+        note_morphed(node, index, groups[0]);
+    return index;
 }
 
 // Children first, without recursion: hierarchies of files can be deep.
@@ -403,21 +402,6 @@ void gltf_writer::add_placed()
     }
 }
 
-void gltf_writer::warn_of_left_out()
-{
-    unsigned skinned = 0, morphed = 0;
-    for (unsigned m = 0; m < scene.mNumMeshes; m++) {
-        skinned += scene.mMeshes[m]->mNumBones > 0;
-        morphed += scene.mMeshes[m]->mNumAnimMeshes > 0;
-    }
-    if (scene.mNumAnimations > 0)
-        state.warn(text("animations are left out: %u", scene.mNumAnimations));
-    if (skinned > 0)
-        state.warn(text("skins are left out, of meshes: %u", skinned));
-    if (morphed > 0)
-        state.warn(text("morph targets are left out, of meshes: %u", morphed));
-}
-
 gltf_text gltf_writer::write()
 {
     if (!scene.mRootNode)
@@ -428,9 +412,11 @@ gltf_text gltf_writer::write()
     if (!matrix.empty())
         root = nodes.add(text("{\"name\":\"unit and axis of the file\",\"children\":[%zu]", root) +
                          matrix + "}");
-    size_t first_image_view = views.count;
+    json_list skin_list = skins.write(data);
+    json_list animations = write_animations(state, scene, data, table);
+    size_t first_image_view = data.views.count;
     for (const auto &image : textures.embedded)
-        add_view(image.first, image.second);
+        data.add_view(image.first, image.second);
     json_list images, texture_list;
     for (std::string image : textures.images) {
         size_t at = image.find("\"bufferView\":");
@@ -442,61 +428,29 @@ gltf_text gltf_writer::write()
     }
     for (const std::string &texture : textures.textures)
         texture_list.add(texture);
-    warn_of_left_out();
     static const char used[] =
         ",\"extensionsUsed\":[\"KHR_materials_transmission\",\"KHR_materials_ior\","
         "\"KHR_materials_emissive_strength\",\"KHR_lights_punctual\"]";
     std::string buffers =
-        out.buffer.empty() ? "" : text(",\"buffers\":[{\"byteLength\":%zu}]", out.buffer.size());
+        data.buffer.empty() ? "" : text(",\"buffers\":[{\"byteLength\":%zu}]", data.buffer.size());
     std::string light_list = lights.member("lights");
     if (!light_list.empty())
         light_list = ",\"extensions\":{\"KHR_lights_punctual\":{" + light_list.substr(1) + "}}";
+    gltf_text out;
     out.json = "{\"asset\":{\"version\":\"2.0\"}" + std::string(used) +
                text(",\"scene\":0,\"scenes\":[{\"nodes\":[%zu]}]", root) + buffers +
-               views.member("bufferViews") + accessors.member("accessors") +
+               data.views.member("bufferViews") + data.accessors.member("accessors") +
                materials.member("materials") + images.member("images") +
                texture_list.member("textures") + meshes.member("meshes") +
-               cameras.member("cameras") + nodes.member("nodes") + light_list + "}";
-    return std::move(out);
+               cameras.member("cameras") + nodes.member("nodes") + skin_list.member("skins") +
+               animations.member("animations") + light_list + "}";
+    out.buffer = std::move(data.buffer);
+    return out;
 }
 
 } // namespace
 
-std::string json_numbers(const float *values, size_t count)
-{
-    std::string list = "[";
-    for (size_t i = 0; i < count; i++)
-        list += text(i ? ",%.9g" : "%.9g", double(values[i]));
-    return list + "]";
-}
-
-// Bytes that are no UTF-8 are taken for Latin-1, as old files keep it.
-std::string json_string(const std::string &utf8)
-{
-    std::string out = "\"";
-    for (size_t i = 0; i < utf8.size();) {
-        unsigned char c = static_cast<unsigned char>(utf8[i]);
-        size_t length = c < 0x80                ? 1
-                        : c >= 0xC2 && c < 0xE0 ? 2
-                        : c >= 0xE0 && c < 0xF0 ? 3
-                        : c >= 0xF0 && c < 0xF5 ? 4
-                                                : 0;
-        bool is_whole = length > 0 && i + length <= utf8.size();
-        for (size_t k = 1; is_whole && k < length; k++)
-            is_whole = (static_cast<unsigned char>(utf8[i + k]) & 0xC0) == 0x80;
-        if (!is_whole || length == 1) {
-            bool is_plain = c >= 0x20 && c < 0x7F && c != '"' && c != '\\';
-            out += is_plain ? std::string(1, char(c)) : text("\\u%04x", c);
-            i++;
-        } else {
-            out += utf8.substr(i, length);
-            i += length;
-        }
-    }
-    return out + "\"";
-}
-
-gltf_text write_gltf(conversion_state &state, const aiScene &scene, const told_units &units)
+gltf_text write_gltf(conversion_state &state, const aiScene &scene, const file_units &units)
 {
     return gltf_writer(state, scene, units).write();
 }

@@ -4,6 +4,7 @@
 #include "renderer/import/assimp/conversion.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <tuple>
@@ -164,11 +165,32 @@ float roughness_of(const phong &from)
     return is_glass(from) ? 0 : most_of(from.ks) > 0 ? DEFAULT_ROUGHNESS : 1;
 }
 
-// PNG and JPEG, as they are told by their first bytes.
-bool is_readable_image(const void *bytes, size_t size_bytes)
+bool begins_with(const void *bytes, size_t size_bytes, const char *letters, size_t count)
 {
-    return (size_bytes > 8 && memcmp(bytes, "\x89PNG\r\n\x1a\n", 8) == 0) ||
-           (size_bytes > 3 && memcmp(bytes, "\xff\xd8\xff", 3) == 0);
+    return size_bytes > count && memcmp(bytes, letters, count) == 0;
+}
+
+// PNG, JPEG, WebP and BMP are recognised by their first bytes, TGA by its name: it has no letters.
+bool is_readable_image(const void *bytes, size_t size_bytes, const std::string &suffix)
+{
+    return begins_with(bytes, size_bytes, "\x89PNG\r\n\x1a\n", 8) ||
+           begins_with(bytes, size_bytes, "\xff\xd8\xff", 3) ||
+           begins_with(bytes, size_bytes, "BM", 2) ||
+           (begins_with(bytes, size_bytes, "RIFF", 4) && size_bytes > 12 &&
+            memcmp(static_cast<const char *>(bytes) + 8, "WEBP", 4) == 0) ||
+           suffix == "tga" || suffix == "vda" || suffix == "icb" || suffix == "vst";
+}
+
+// In lower case, of a path or, of an embedded texture, what the scene calls its format.
+std::string suffix_of(const aiTexture *embedded, const std::string &path)
+{
+    size_t dot = path.rfind('.');
+    std::string suffix = embedded && *embedded->achFormatHint ? embedded->achFormatHint
+                         : dot == path.npos                   ? ""
+                                                              : path.substr(dot + 1);
+    for (char &c : suffix)
+        c = char(std::tolower(static_cast<unsigned char>(c)));
+    return suffix;
 }
 
 std::string percent_encoded(const char *path)
@@ -202,16 +224,15 @@ std::string image_source(conversion_state &state, const aiScene &scene, const st
     }
     const void *bytes = embedded ? embedded->pcData : file->bytes;
     size_t size_bytes = embedded ? embedded->mWidth : file->size_bytes;
-    if (!is_readable_image(bytes, size_bytes)) {
-        state.warn(text("texture '%.120s' is left out: it is neither PNG nor JPEG", path.c_str()));
+    if (!is_readable_image(bytes, size_bytes, suffix_of(embedded, path))) {
+        state.warn(text("texture '%.120s' is left out: it is none of PNG, JPEG, WebP, BMP and TGA",
+                        path.c_str()));
         return "";
     }
     if (file)
         return "\"uri\":" + json_string(percent_encoded(file->name));
     textures.embedded.emplace_back(bytes, size_bytes);
-    bool is_png = memcmp(bytes, "\x89PNG", 4) == 0;
-    return text("\"mimeType\":\"image/%s\",\"bufferView\":%zu", is_png ? "png" : "jpeg",
-                textures.embedded.size() - 1);
+    return text("\"bufferView\":%zu", textures.embedded.size() - 1);
 }
 
 int texture_of(conversion_state &state, const aiScene &scene, const std::string &path,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Lights and cameras: each becomes a node below the one that has its name.
 #include "renderer/import/assimp/conversion.h"
+#include "renderer/import/assimp/moving.h"
 
 #include <algorithm>
 #include <cmath>
@@ -30,11 +31,6 @@ std::string looking(const aiVector3D &at, aiVector3D direction, const aiVector3D
     const float matrix[16] = {right.x, right.y, right.z, 0, own_up.x, own_up.y, own_up.z, 0,
                               back.x,  back.y,  back.z,  0, at.x,     at.y,     at.z,     1};
     return "\"matrix\":" + json_numbers(matrix, 16);
-}
-
-bool is_finite(const aiVector3D &vector)
-{
-    return std::isfinite(vector.x) && std::isfinite(vector.y) && std::isfinite(vector.z);
 }
 
 } // namespace

@@ -168,7 +168,7 @@ void ply_reader::check_binary(const element &of)
 void ply_reader::check_text(const element &of)
 {
     for (uint64_t i = 0; i < of.count; i++) {
-        std::string_view rest, value;
+        std::string_view rest;
         do {
             if (at >= bytes.size())
                 refuse_end(of, i);

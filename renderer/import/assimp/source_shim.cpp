@@ -35,8 +35,8 @@ void check_stl(std::string_view bytes)
     uint32_t facets = 0;
     if (bytes.size() >= STL_HEAD_BYTES)
         memcpy(&facets, bytes.data() + STL_HEAD_BYTES - sizeof facets, sizeof facets);
-    uint64_t told = STL_HEAD_BYTES + uint64_t(STL_FACET_BYTES) * facets;
-    if (bytes.size() >= STL_HEAD_BYTES && told == bytes.size())
+    uint64_t declared = STL_HEAD_BYTES + uint64_t(STL_FACET_BYTES) * facets;
+    if (bytes.size() >= STL_HEAD_BYTES && declared == bytes.size())
         return;
     size_t begin = bytes.find_first_not_of(" \t\r\n");
     bool is_solid = begin != bytes.npos && bytes.substr(begin, 5) == "solid";
@@ -45,8 +45,8 @@ void check_stl(std::string_view bytes)
     if (bytes.size() < STL_HEAD_BYTES)
         refuse("%zu bytes are neither a text that begins with 'solid' nor a head of %zu bytes",
                bytes.size(), STL_HEAD_BYTES);
-    refuse("its head tells %u triangles, which take %llu bytes; the file has %zu", facets,
-           static_cast<unsigned long long>(told), bytes.size());
+    refuse("its head declares %u triangles, which take %llu bytes; the file has %zu", facets,
+           static_cast<unsigned long long>(declared), bytes.size());
 }
 
 } // namespace

@@ -57,6 +57,14 @@ void read_collada(std::string_view bytes, struct scene_origin *origin)
     }
 }
 
+// Some versions of assimp (5.4, not 5.2) turn the root, that of assimp's own making, by the axes of
+// the file. Its scenes have the same form here whatever the version.
+void undo_turn_of_root(const aiScene &scene)
+{
+    if (scene.mRootNode)
+        scene.mRootNode->mTransformation = aiMatrix4x4();
+}
+
 void read_fbx(const aiScene &scene, struct scene_origin *origin)
 {
     float factor = 1;
@@ -115,13 +123,13 @@ std::string entry_head(std::string_view bytes, size_t at, uint32_t method, uint3
 
 struct scene_origin default_origin(const struct converter_input &input)
 {
-    struct scene_origin origin = {input.format, 1, 'y', SCENE_WORD_DEFAULT, SCENE_WORD_DEFAULT};
+    struct scene_origin origin = {input.format, 1, 'y', SCENE_WORD_DEFAULT, SCENE_WORD_DEFAULT, 0};
     if (input.format == SCENE_FORMAT_3DS)
         origin.up = 'z';                       // every program that writes it means that
     if (input.format == SCENE_FORMAT_INVENTOR) // its nodes of type Units say otherwise in place
         origin.unit_by = origin.up_by = SCENE_WORD_FILE;
     if (input.format == SCENE_FORMAT_3MF) // 3MF Core Specification 1.3, sections 3.3 and 3.4
-        origin = {input.format, 0.001, 'z', SCENE_WORD_FILE, SCENE_WORD_FILE};
+        origin = {input.format, 0.001, 'z', SCENE_WORD_FILE, SCENE_WORD_FILE, 0};
     return origin;
 }
 
@@ -156,24 +164,25 @@ double read_3mf_unit(std::string_view bytes)
     return 0;
 }
 
-told_units read_units(const struct converter_input &input, const aiScene &scene)
+file_units read_units(const struct converter_input &input, const aiScene &scene)
 {
     std::string_view bytes(static_cast<const char *>(input.root->bytes), input.root->size_bytes);
-    told_units told = {default_origin(input), 1, 'y'};
+    file_units units = {default_origin(input), 1, 'y'};
     if (input.format == SCENE_FORMAT_COLLADA) {
-        read_collada(bytes, &told.origin);
-        told.applied_unit_m = told.origin.unit_m;
-        told.applied_up = told.origin.up;
+        read_collada(bytes, &units.origin);
+        units.applied_unit_m = units.origin.unit_m;
+        units.applied_up = units.origin.up;
     } else if (input.format == SCENE_FORMAT_FBX) {
-        read_fbx(scene, &told.origin);
+        undo_turn_of_root(scene);
+        read_fbx(scene, &units.origin);
     } else if (input.format == SCENE_FORMAT_3MF) {
         double unit_m = read_3mf_unit(bytes);
         if (unit_m > 0)
-            told.origin.unit_m = unit_m;
+            units.origin.unit_m = unit_m;
     } else if (input.format == SCENE_FORMAT_3DS) {
-        told.applied_up = 'z';
+        units.applied_up = 'z';
     }
-    return told;
+    return units;
 }
 
 } // namespace vitrail

@@ -6,6 +6,7 @@
  * returns, "fake:error" fails the render, "fake:lost" loses the context, "fake:slow=N" takes N
  * milliseconds, "fake:device=N" as many more on the device, beside the processor, after which
  * "fake:error-on-device", "fake:lost-on-device" and "fake:hang-on-device" do as those above.
+ * "fake:crash-at=T" ends it where the view's time is T seconds, to the second.
  * "fake:tradeoff" gives each setting an error and a time, and with it
  * "fake:crash-at-2048" crashes on shadow maps of that size. Device 64 does not exist.
  * The importer is the real one, but for files that hold "fake:decoder-crash", "fake:decoder-hang",
@@ -346,9 +347,12 @@ static bool sleep_with_yield_points(struct renderer *renderer, long ms, struct f
 }
 
 /* Does what a node's name asks for. */
-static bool obey(struct renderer *renderer, const char *name, struct frame *frame,
-                 struct error *err)
+static bool obey(struct renderer *renderer, const char *name, const struct view *view,
+                 struct frame *frame, struct error *err)
 {
+    if (strncmp(name, "fake:crash-at=", 14) == 0 && view->is_animated &&
+        lround(view->animation_time_s) == strtol(name + 14, NULL, 10))
+        raise_crash();
     if (strcmp(name, "fake:crash") == 0)
         raise_crash();
     while (strcmp(name, "fake:hang") == 0)
@@ -415,11 +419,11 @@ static void weigh(struct fake_scene *scene, const struct view *view, struct fram
     scene->has_structures = true;
 }
 
-static bool obey_nodes(struct renderer *renderer, const struct scene *scene, struct frame *frame,
-                       struct error *err)
+static bool obey_nodes(struct renderer *renderer, const struct scene *scene,
+                       const struct view *view, struct frame *frame, struct error *err)
 {
     for (uint32_t i = 0; i < scene->node_count; i++)
-        if (!obey(renderer, scene->strings + scene->nodes[i].name, frame, err))
+        if (!obey(renderer, scene->strings + scene->nodes[i].name, view, frame, err))
             return false;
     return true;
 }
@@ -439,6 +443,8 @@ static bool paint(struct image *image, enum view_output output, const struct vie
             for (int c = 0; c < image->channels; c++, at++) {
                 float gradient =
                     (float)(c == 0 ? x : y) / (float)(view->width_px + view->height_px);
+                if (c == 2 && view->is_animated) /* each second has its blue */
+                    gradient = (float)(0.5 + 0.5 * sin(view->animation_time_s));
                 if (is_id)
                     ((uint32_t *)image->pixels)[at] = (uint32_t)(x % 3);
                 else
@@ -462,10 +468,11 @@ static bool make(struct renderer *renderer, const char *scene_key, const struct 
     if (view->camera.kind == VIEW_CAMERA_NODE && scene_find_node(scene, view->camera.node) < 0)
         return error_set_at(err, ERROR_NOT_FOUND, "/camera/node", "the scene has no node '%s'",
                             view->camera.node);
-    if (view_has_environment(view) && find_environment(renderer, view->environment_key) < 0)
+    if (view_has_environment(view) && strcmp(view->environment_key, VIEW_STUDIO_KEY) != 0 &&
+        find_environment(renderer, view->environment_key) < 0)
         return error_set(err, ERROR_INTERNAL, "fake: environment '%s' is not attached",
                          view->environment_key);
-    if (!obey_nodes(renderer, scene, frame, err))
+    if (!obey_nodes(renderer, scene, view, frame, err))
         return false;
     uint32_t outputs = view->outputs ? view->outputs : 1u << VIEW_OUTPUT_COLOR;
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
@@ -473,6 +480,9 @@ static bool make(struct renderer *renderer, const char *scene_key, const struct 
             frame_finish(frame);
             return false;
         }
+    if (view_has_environment(view))
+        snprintf(frame->report.environment, sizeof frame->report.environment, "%s",
+                 view->environment_key);
     report_add_pass(&frame->report, "fake.paint", "a test asked for it", "", 0.5, REPORT_SHADE);
     frame->report.total_ms = 1;
     frame->report.error_is_exact = true;
@@ -562,6 +572,15 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
            (is_done || renderer_collect(renderer, err));
 }
 
+bool renderer_choose(struct renderer *renderer, const char *scene_key, const struct view *view,
+                     struct auto_choice *choice, struct error *err)
+{
+    (void)view;
+    *choice = (struct auto_choice){.is_open = false};
+    return find_scene(renderer, scene_key) >= 0 ||
+           error_set(err, ERROR_INTERNAL, "fake: scene '%s' is not attached", scene_key);
+}
+
 bool renderer_explain(struct renderer *renderer, const char *scene_key, const struct view *view,
                       struct plan *plan, struct error *err)
 {
@@ -619,7 +638,7 @@ bool renderer_pick(struct renderer *renderer, const char *scene_key, const struc
     *result = (struct pick_result){0};
     const struct scene *scene = &renderer->scenes[find_scene(renderer, scene_key)].scene;
     struct frame unseen = {0};
-    if (!obey_nodes(renderer, scene, &unseen, err))
+    if (!obey_nodes(renderer, scene, view, &unseen, err))
         return false;
     bool is_there = desc->x < view->width_px / 2;
     size_t layers = !is_there || desc->width ? 0 : desc->is_through ? 2 : 1;

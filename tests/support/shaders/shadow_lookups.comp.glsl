@@ -7,7 +7,7 @@ layout(local_size_x = 64) in;
 layout(std430, binding = BIND_TRACED_POINTS) readonly buffer point_buffer {
     shadow_point points[];
 };
-layout(std430, binding = BIND_FRAGMENT_COLORS) writeonly buffer result_buffer { vec4 results[]; };
+layout(std430, binding = BIND_ENTRY_COLORS) writeonly buffer result_buffer { vec4 results[]; };
 uniform uint u_count;
 uniform uint u_width_px;
 
@@ -20,15 +20,16 @@ vec3 ask_lights(shadow_point p, vec3 position, vec3 normal, vec3 geo_normal)
     b.normal = normal;
     b.transmission = (p.flags & SHADOW_POINT_TRANSMITS) != 0u ? 1.0 : 0.0;
     vec3 sum = vec3(0.0);
+    uint pixel = bitfieldExtract(p.pixel_roughness, 0, SHADOW_POINT_PIXEL_BITS);
     light_cursor cursor =
-        light_list_first(uvec2(p.pixel % u_width_px, p.pixel / u_width_px), -position.z);
+        light_list_first(uvec2(pixel % u_width_px, pixel / u_width_px), -position.z);
     do { // as lighting_evaluate does
         light_cursor choice = cursor;
         uint chosen = 0u, bit = 1u;
         do {
             uint index;
             if (light_list_next(cursor, index) && lights[index].shadow != NO_SHADOW)
-                chosen |= light_may_be_sent(lights[index], b, position) ? bit : 0u;
+                chosen |= light_may_be_sent(lights[index], index, b, position) ? bit : 0u;
             bit <<= 1;
         } while (bit != 0u && light_list_count(cursor) > 0u);
         do {

@@ -6,7 +6,7 @@ layout(local_size_x = 64) in;
 
 // Two texels per point: position and object; normal and shadow.
 layout(binding = UNIT_LIGHT_ITEMS) uniform usamplerBuffer u_points;
-layout(std430, binding = BIND_FRAGMENT_COLORS) writeonly buffer result_buffer { vec4 results[]; };
+layout(std430, binding = BIND_ENTRY_COLORS) writeonly buffer result_buffer { vec4 results[]; };
 uniform uint u_count;
 #ifdef PROBE_TOLERANCE
 uniform vec4 u_tolerance; // x, y: for opaque casters, for lists

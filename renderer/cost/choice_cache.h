@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT */
+/* Choices of techniques by their key: a few, because a choice is asked for and then drawn by, and
+ * only views at rest ask for one again. Thread: any. */
+#ifndef VITRAIL_RENDERER_COST_CHOICE_CACHE_H
+#define VITRAIL_RENDERER_COST_CHOICE_CACHE_H
+
+#include "renderer/base/content_key.h"
+#include "renderer/cost/auto_technique.h"
+
+enum { CHOICE_CACHE_ENTRIES = 8 };
+
+struct choice_cache_entry {
+    struct content_key key;
+    struct auto_choice choice;
+    struct light_reach reach; /* that the choice has found; empty once it was taken */
+    uint64_t last_use;        /* 0: no entry */
+};
+
+struct choice_cache { /* zeroed = empty */
+    struct choice_cache_entry entries[CHOICE_CACHE_ENTRIES];
+    uint64_t clock;
+};
+
+/* The choice under its key, made where it is absent; valid until the next call. NULL with err.
+ * `reach` of the desc is not used. */
+const struct auto_choice *choice_cache_get(struct choice_cache *cache, struct content_key key,
+                                           const struct auto_desc *desc, struct error *err);
+/* Takes the lights in view that the choice has found, so that the plan of the same view need not
+ * find them again; the caller finishes them. Empty where there is none. */
+struct light_reach choice_cache_take_reach(struct choice_cache *cache, struct content_key key);
+void choice_cache_clear(struct choice_cache *cache);
+
+#endif

@@ -1,0 +1,143 @@
+/* SPDX-License-Identifier: MIT */
+/* The parts of struct jobs, shared by the files of server/jobs only. */
+#ifndef VITRAIL_SERVER_JOBS_JOBS_INTERNAL_H
+#define VITRAIL_SERVER_JOBS_JOBS_INTERNAL_H
+
+#include <pthread.h>
+
+#include "protocol/job_request.h"
+#include "protocol/turntable.h"
+#include "renderer/image/image.h"
+#include "server/jobs/job_results.h"
+#include "server/jobs/jobs.h"
+
+enum { JOB_PIECES_MAX = 2 /* one is drawn while the other is encoded */ };
+
+struct farm_file {
+    uint64_t size_bytes; /* 0: not there */
+    char digest[DIGEST_TEXT_BYTES];
+};
+
+struct farm_frame {
+    enum farm_frame_state state;
+    int attempts;
+    uint32_t sequence;  /* of its last change; 0: none */
+    uint32_t in_flight; /* bit set of 1u << output */
+    float ms;
+    enum error_code code;
+    char *problem;           /* owned; of the last failure, or NULL */
+    struct farm_file *files; /* owned; one per output, or NULL */
+};
+
+struct farm_job {
+    struct job_record record;   /* its request is NULL, its chosen that below */
+    char *chosen;               /* owned; once it is set it stays */
+    json_t *chosen_json;        /* likewise; NULL where nothing was left open */
+    struct job_request request; /* its files are named */
+    struct farm_frame *frames;  /* request.frames.count */
+    int done_count, failed_count;
+    int crashes;    /* frames that failed by ending workers since one was done */
+    int next;       /* every frame before this position has ended */
+    double pass;    /* milliseconds of its frames over its weight: the least goes first */
+    double busy_ms; /* of all frames that are done */
+    uint64_t result_bytes;
+    struct turntable turntable; /* has_bounds */
+    bool has_bounds, is_animated;
+    bool is_decided; /* a frame is done: what it chose, or that there was nothing, holds for all */
+    bool is_gone;    /* forgotten; freed when no piece refers to it */
+    int pieces;      /* in flight */
+};
+
+/* A file in the making: one render. */
+struct job_piece {
+    struct job_piece *next; /* of those that have ended */
+    struct jobs *jobs;
+    struct farm_job *job;
+    int position, output, attempt;
+    uint64_t ticket;
+    double charged_ms; /* to the job's pass when it began */
+    /* set when it has ended */
+    struct error problem;
+    int image_fd; /* owned; -1: none */
+    double ms;
+    char *chosen; /* owned; what was chosen for the frame, as JSON; NULL: nothing, or not asked */
+};
+
+struct waiting {
+    struct waiting *next;
+    char id[JOB_ID_BYTES];
+    uint32_t sequence;
+    int64_t due_ms;
+    uint64_t ticket;
+    void *context;
+    void (*done)(void *context);
+};
+
+struct job_watch {
+    struct job_watch *next;
+    struct jobs *jobs;
+    char id[JOB_ID_BYTES];
+    void *context;
+    void (*notify)(void *context);
+};
+
+struct jobs {
+    struct jobs_desc desc;
+    struct job_store *store;
+    struct job_results *results;
+    pthread_t thread;
+    bool has_thread;
+    pthread_mutex_t disk;  /* guards the store; taken before the other one, held while writing */
+    pthread_mutex_t mutex; /* guards all below; never held while waiting for disk or worker */
+    pthread_cond_t changed;
+    bool is_stopping;
+    struct farm_job **list; /* owned, in the order of their numbers */
+    int count, capacity;
+    uint64_t frames_kept;
+    struct job_piece *in_flight[JOB_PIECES_MAX]; /* NULL: room */
+    struct job_piece *ended;
+    int64_t resume_ms; /* nothing is submitted before: the worker cannot take more */
+    uint64_t next_ticket;
+    struct waiting *waiting;
+    struct job_watch *watches;
+    struct jobs_totals totals; /* its counters of frames */
+};
+
+/* All under the mutex, unless said otherwise. */
+
+struct farm_job *jobs_find(struct jobs *jobs, const char *id); /* NULL: none */
+bool farm_job_has_ended(const struct farm_job *job);
+struct job_place farm_job_place(const struct farm_job *job);
+
+/* Notes a change of the job: numbers it and tells who watches and waits. */
+void jobs_note_change(struct jobs *jobs, struct farm_job *job);
+
+/* Sets a frame's state and keeps the counts. */
+void farm_job_set_frame(struct farm_job *job, int position, enum farm_frame_state state);
+
+/* Frees a job that nothing refers to any more. */
+void farm_job_destroy(struct farm_job *job); /* accepts NULL */
+
+/* New references, NULL: no memory. */
+json_t *farm_job_to_json(const struct farm_job *job, bool is_whole);
+json_t *farm_frame_to_json(const struct farm_job *job, int position);
+
+/* From the text of a client, or, is_kept, of the store, where the scene may be gone. NULL with err.
+ * Not under the mutex. */
+struct farm_job *farm_job_create(const struct jobs *jobs, const char *text, size_t size_bytes,
+                                 bool is_kept, struct error *err);
+
+/* Whether the server is to choose, by the first frame and for all, what the request leaves open. */
+bool farm_job_is_open(const struct farm_job *job);
+/* What it chose: {"chosen": ..., "error": ...} of a frame's stats, malloc'ed; taken. NULL: no
+ * memory or nothing, which leaves the job open. */
+void farm_job_set_chosen(struct farm_job *job, char *chosen);
+
+/* The thread. */
+void *jobs_thread(void *argument);
+
+/* What is rendered for an output of a frame: shares what the job's request owns, so it is not
+ * finished. Not under the mutex: that request never changes. */
+struct render_request farm_job_render(const struct farm_job *job, int position, int output);
+
+#endif

@@ -1,0 +1,173 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Measures films: the frames of an animated scene as one job of a server, and as a process each.
+
+usage: farm.py BIN [SCENE.glb] [--size WxH] [--frames N] [--processes N] [--quick] [--json]
+
+Without a SCENE the demo scene turns about its vertical axis. `job` is one daemon, from its start to
+its end, with one job of N frames. `process` is `vitrail render --spawn` for each of some frames,
+which begins with nothing; `kept` is the same over a state directory that keeps the decoded scene
+and the compiled programs. All are stated per frame, in wall and processor time, of all processes.
+`machinery` is what a frame of the job takes beyond its render: the wall time of the job without the
+renders' own, and beside it the same of one-shot renders by a client that stays.
+"""
+import argparse
+import json
+import os
+import resource
+import statistics
+import struct
+import subprocess
+import tempfile
+import time
+
+from daemon import Daemon
+
+WANTED = argparse.ArgumentParser(description="films as a job and as processes")
+WANTED.add_argument("bin")
+WANTED.add_argument("scene", nargs="?")
+WANTED.add_argument("--size", default="320x180")
+WANTED.add_argument("--frames", type=int, default=200)
+WANTED.add_argument("--processes", type=int, default=10)
+WANTED.add_argument("--quick", action="store_true")
+WANTED.add_argument("--json", action="store_true")
+
+
+def turning(glb):
+    """The GLB with an animation that turns all of it once in ten seconds."""
+    length, = struct.unpack_from("<I", glb, 12)
+    document, rest = json.loads(glb[20:20 + length]), glb[20 + length:]
+    binary = rest[8:8 + struct.unpack_from("<I", rest, 0)[0]]
+    quarter = 0.5 ** 0.5
+    data = struct.pack("<5f", 0, 2.5, 5, 7.5, 10) + struct.pack(
+        "<20f", 0, 0, 0, 1, 0, quarter, 0, quarter, 0, 1, 0, 0, 0, quarter, 0, -quarter,
+        0, 0, 0, -1)
+    start = len(binary)
+    views, accessors = document["bufferViews"], document["accessors"]
+    views += [{"buffer": 0, "byteOffset": start, "byteLength": 20},
+              {"buffer": 0, "byteOffset": start + 20, "byteLength": 80}]
+    accessors += [{"bufferView": len(views) - 2, "componentType": 5126, "count": 5,
+                   "type": "SCALAR", "min": [0], "max": [10]},
+                  {"bufferView": len(views) - 1, "componentType": 5126, "count": 5,
+                   "type": "VEC4"}]
+    shown = document["scenes"][document.get("scene", 0)]
+    root = len(document["nodes"])
+    document["nodes"].append({"name": "Film", "children": shown["nodes"]})
+    shown["nodes"] = [root]
+    document["animations"] = [{
+        "channels": [{"sampler": 0, "target": {"node": root, "path": "rotation"}}],
+        "samplers": [{"input": len(accessors) - 2, "output": len(accessors) - 1}]}]
+    binary += data
+    document["buffers"][0]["byteLength"] = len(binary)
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    body = (struct.pack("<I4s", len(text), b"JSON") + text
+            + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
+    return b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body
+
+
+class Clock:
+    """Wall time and that of the processors in children that have ended, since the last lap."""
+
+    def __init__(self):
+        self.lap()
+
+    def lap(self):
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        now = (time.monotonic(), used.ru_utime + used.ru_stime)
+        past, self.last = getattr(self, "last", now), now
+        return {"wall_s": now[0] - past[0], "cpu_s": now[1] - past[1]}
+
+
+def as_job(options, scene, folder):
+    """One daemon and one job, from start to end, and what its frames took beside rendering."""
+    clock = Clock()
+    daemon = Daemon(options.bin, os.path.join(folder, "job"))
+    try:
+        found = run_job(options, scene, daemon)
+    finally:
+        daemon.stop()
+    whole = clock.lap()
+    return {**{key: value / options.frames for key, value in whole.items()}, **found}
+
+
+def run_job(options, scene, daemon):
+    with open(scene, "rb") as file:
+        summary = json.loads(daemon.ask("/v1/scenes", file.read(), "model/gltf-binary")[1])
+    width, height = map(int, options.size.split("x"))
+    view = {"width": width, "height": height, "exposure_ev": "auto",
+            "camera": {"fit": "three-quarter"}}
+    posted = time.monotonic()
+    job = daemon.ask_json("/v1/jobs", {"scene": summary["id"], "view": view,
+                                       "frames": f"1-{options.frames}"})
+    path = f"/v1/jobs/{job['id']}"
+    while job["state"] in ("queued", "running"):
+        time.sleep(0.1)
+        job = daemon.ask_json(path)
+    took = time.monotonic() - posted
+    assert job["state"] == "done", job
+    times = [frame["ms"] for first in range(0, options.frames, 1000) for frame in
+             daemon.ask_json(f"{path}/frames?first={first}&count=1000")["frames"]]
+    stayed = []
+    for frame in range(1, min(options.frames, 30) + 1):
+        began = time.monotonic()
+        headers, _ = daemon.ask("/v1/renders", json.dumps(
+            {"scene": summary["id"], **view, "animation": {"time_s": frame / 24 + 0.001}}).encode())
+        wall = 1e3 * (time.monotonic() - began)
+        total = next(float(part.split("dur=")[1]) for part in headers["Server-Timing"].split(",")
+                     if part.strip().startswith("total"))
+        stayed.append(wall - total)
+    return {"frame_ms": statistics.median(times),
+            "machinery_ms": 1e3 * took / options.frames - statistics.mean(times),
+            "client_ms": statistics.median(stayed),
+            "first_frame_ms": times[0]}
+
+
+def as_processes(options, scene, folder, *more):
+    """A process for each frame; of those that keep something the first is left out."""
+    laps, clock = [], Clock()
+    for frame in range(1, options.processes + 1):
+        subprocess.run([os.path.join(options.bin, "vitrail"), "render", scene, "-o",
+                        os.path.join(folder, "f.png"), "--size", options.size, "--camera",
+                        "fit:three-quarter", "--exposure", "auto", "--time", str(frame / 24),
+                        "--spawn", "--quiet", *more], check=True)
+        laps.append(clock.lap())
+    later = laps[1:] if more else laps
+    return {key: statistics.median(lap[key] for lap in later) for key in later[0]}
+
+
+def main():
+    options = WANTED.parse_args()
+    if options.quick:
+        options.frames, options.processes = 8, 2
+    with tempfile.TemporaryDirectory() as folder:
+        scene = os.path.join(folder, "scene.glb")
+        if options.scene:
+            scene = options.scene
+        else:
+            subprocess.run([os.path.join(options.bin, "vitrail"), "demo-scene", "-o", scene],
+                           check=True, stdout=subprocess.DEVNULL)
+            with open(scene, "r+b") as file:
+                film = turning(file.read())
+                file.seek(0)
+                file.write(film)
+        job = as_job(options, scene, folder)
+        ways = {"process": as_processes(options, scene, folder),
+                "kept": as_processes(options, scene, folder, "--state-dir",
+                                     os.path.join(folder, "kept"))}
+    for way in ways.values():
+        way["ratio"] = {key: way[key] / job[key] for key in ("wall_s", "cpu_s")}
+    if options.json:
+        print(json.dumps({"size": options.size, "frames": options.frames, "job": job, **ways},
+                         indent=1))
+        return
+    print(f"{options.frames} frames of {options.size}, per frame:")
+    print(f"  job      {job['wall_s']:8.3f} s wall {job['cpu_s']:8.3f} s of processors; "
+          f"render {job['frame_ms']:.1f} ms, machinery {job['machinery_ms']:.2f} ms "
+          f"(a client that stays: {job['client_ms']:.2f} ms)")
+    for name, way in ways.items():
+        print(f"  {name:8} {way['wall_s']:8.3f} s wall {way['cpu_s']:8.3f} s of processors; "
+              f"{way['ratio']['wall_s']:.1f} and {way['ratio']['cpu_s']:.1f} times the job")
+
+
+main()
