@@ -434,40 +434,7 @@ static void settle(struct jobs *jobs, struct job_piece *piece)
     pthread_mutex_unlock(&jobs->disk);
 }
 
-/* ---- who waits ---- */
-
-static bool is_due(struct jobs *jobs, const struct waiting *waiting)
-{
-    const struct farm_job *job = jobs_find(jobs, waiting->id);
-    return !job || jobs->is_stopping || now_ms() >= waiting->due_ms || farm_job_has_ended(job) ||
-           (waiting->sequence && job->record.sequence != waiting->sequence);
-}
-
-/* Takes those whose wait is over. Under the mutex. */
-static struct waiting *take_due(struct jobs *jobs)
-{
-    struct waiting *due = NULL, **link = &jobs->waiting;
-    while (*link) {
-        struct waiting *waiting = *link;
-        if (!is_due(jobs, waiting)) {
-            link = &waiting->next;
-            continue;
-        }
-        *link = waiting->next;
-        waiting->next = due;
-        due = waiting;
-    }
-    return due;
-}
-
-static void answer(struct waiting *due)
-{
-    for (struct waiting *next; due; due = next) {
-        next = due->next;
-        due->done(due->context);
-        free(due);
-    }
-}
+/* ---- the thread ---- */
 
 /* Under the mutex. */
 static void sleep_until_news(struct jobs *jobs)
@@ -505,7 +472,7 @@ void *jobs_thread(void *argument)
     for (int i = 0; i < jobs->count; i++) /* a daemon may have ended before it was written down */
         end_if_complete(jobs->list[i]);
     while (!jobs->is_stopping) {
-        struct waiting *due = take_due(jobs);
+        struct waiting *due = jobs_take_due(jobs);
         struct job_piece *ended = jobs->ended;
         struct job_piece *begun = take_piece(jobs);
         if (ended)
@@ -515,16 +482,16 @@ void *jobs_thread(void *argument)
             continue;
         }
         pthread_mutex_unlock(&jobs->mutex);
-        answer(due);
+        jobs_answer(due);
         if (begun) /* first: the worker has work while results are brought to the disk */
             submit(jobs, begun);
         if (ended)
             settle(jobs, ended);
         pthread_mutex_lock(&jobs->mutex);
     }
-    struct waiting *due = take_due(jobs);
+    struct waiting *due = jobs_take_due(jobs);
     pthread_mutex_unlock(&jobs->mutex);
-    answer(due);
+    jobs_answer(due);
     cancel_in_flight(jobs);
     return NULL;
 }

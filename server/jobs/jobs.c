@@ -24,22 +24,15 @@ struct farm_job *jobs_find(struct jobs *jobs, const char *id)
     return NULL;
 }
 
-static bool not_found(const char *id, struct error *err)
+bool jobs_not_found(const char *id, struct error *err)
 {
     return error_set(err, ERROR_NOT_FOUND, "there is no job '%.64s'", id);
-}
-
-static void notify_watches(struct jobs *jobs, const char *id)
-{
-    for (struct job_watch *watch = jobs->watches; watch; watch = watch->next)
-        if (!id || strcmp(watch->id, id) == 0)
-            watch->notify(watch->context);
 }
 
 void jobs_note_change(struct jobs *jobs, struct farm_job *job)
 {
     job->record.sequence++;
-    notify_watches(jobs, job->record.id);
+    jobs_notify_watches(jobs, job->record.id);
     pthread_cond_broadcast(&jobs->changed);
 }
 
@@ -191,7 +184,7 @@ static bool change(struct jobs *jobs, const char *id, void *context,
     pthread_mutex_lock(&jobs->disk);
     pthread_mutex_lock(&jobs->mutex);
     struct farm_job *job = jobs_find(jobs, id);
-    bool is_good = job || not_found(id, err);
+    bool is_good = job || jobs_not_found(id, err);
     if (is_good) {
         before = job->record;
         is_good = apply(jobs, job, context, err);
@@ -285,7 +278,7 @@ bool jobs_forget(struct jobs *jobs, const char *id, struct error *err)
     pthread_mutex_lock(&jobs->disk);
     pthread_mutex_lock(&jobs->mutex);
     job = jobs_find(jobs, id);
-    bool is_good = job || not_found(id, err);
+    bool is_good = job || jobs_not_found(id, err);
     if (is_good && !farm_job_has_ended(job))
         is_good = error_set(err, ERROR_CONFLICT, "job '%s' has not ended: cancel it first", id);
     pthread_mutex_unlock(&jobs->mutex);
@@ -300,7 +293,7 @@ bool jobs_forget(struct jobs *jobs, const char *id, struct error *err)
         memmove(&jobs->list[index], &jobs->list[index + 1],
                 (size_t)(jobs->count - index) * sizeof jobs->list[0]);
         jobs->frames_kept -= job->request.frames.count;
-        notify_watches(jobs, id);
+        jobs_notify_watches(jobs, id);
         pthread_cond_broadcast(&jobs->changed);
         job->is_gone = true;
         if (job->pieces == 0)
@@ -322,7 +315,7 @@ json_t *jobs_get(struct jobs *jobs, const char *id, struct error *err)
         error_set(err, ERROR_NO_MEMORY, "job");
     pthread_mutex_unlock(&jobs->mutex);
     if (!job)
-        not_found(id, err);
+        jobs_not_found(id, err);
     return json;
 }
 
@@ -355,7 +348,7 @@ json_t *jobs_get_frames(struct jobs *jobs, const char *id, int first, int max_co
                   error_set(err, ERROR_NO_MEMORY, "frames");
     pthread_mutex_unlock(&jobs->mutex);
     if (!job)
-        is_good = not_found(id, err);
+        is_good = jobs_not_found(id, err);
     json_t *json =
         is_good ? json_pack("{s:o,s:i,s:i}", "frames", list, "first", first, "count", count) : NULL;
     if (!is_good)
@@ -464,7 +457,7 @@ bool jobs_open_file(struct jobs *jobs, const char *id, int frame, const char *ou
     int position = job ? position_of(job, frame) : -1;
     int index = job ? output_of(job, output) : -1;
     if (!job)
-        not_found(id, err);
+        jobs_not_found(id, err);
     else if (position < 0)
         error_set(err, ERROR_NOT_FOUND, "job '%s' has no frame %d", id, frame);
     else if (index < 0)
@@ -498,95 +491,8 @@ bool jobs_next_file(struct jobs *jobs, const char *id, uint64_t *at, struct job_
     }
     pthread_mutex_unlock(&jobs->mutex);
     if (!job)
-        return not_found(id, err);
+        return jobs_not_found(id, err);
     return is_found && open_found(jobs, &found, file, err);
-}
-
-/* ---- waiting and watching ---- */
-
-uint64_t jobs_new_ticket(struct jobs *jobs)
-{
-    pthread_mutex_lock(&jobs->mutex);
-    uint64_t ticket = ++jobs->next_ticket;
-    pthread_mutex_unlock(&jobs->mutex);
-    return ticket;
-}
-
-bool jobs_wait(struct jobs *jobs, const struct job_wait *wait, uint64_t ticket, struct error *err)
-{
-    struct waiting *waiting = calloc(1, sizeof *waiting);
-    if (!waiting)
-        return error_set(err, ERROR_NO_MEMORY, "waiting");
-    snprintf(waiting->id, sizeof waiting->id, "%s", wait->id);
-    waiting->sequence = wait->sequence;
-    waiting->due_ms = now_ms() + wait->wait_ms;
-    waiting->ticket = ticket;
-    waiting->context = wait->context;
-    waiting->done = wait->done;
-    pthread_mutex_lock(&jobs->mutex);
-    bool is_good = !jobs->is_stopping;
-    if (is_good) {
-        waiting->next = jobs->waiting;
-        jobs->waiting = waiting;
-        pthread_cond_broadcast(&jobs->changed);
-    }
-    pthread_mutex_unlock(&jobs->mutex);
-    if (is_good)
-        return true;
-    free(waiting);
-    return error_set(err, ERROR_OVERLOADED, "the server is stopping");
-}
-
-void jobs_stop_waiting(void *context, uint64_t ticket)
-{
-    struct jobs *jobs = context;
-    pthread_mutex_lock(&jobs->mutex);
-    for (struct waiting *waiting = jobs->waiting; waiting; waiting = waiting->next)
-        if (waiting->ticket == ticket)
-            waiting->due_ms = 0;
-    pthread_cond_broadcast(&jobs->changed);
-    pthread_mutex_unlock(&jobs->mutex);
-}
-
-struct job_watch *jobs_watch(struct jobs *jobs, const char *id, void *context,
-                             void (*notify)(void *context), struct error *err)
-{
-    struct job_watch *watch = calloc(1, sizeof *watch);
-    if (!watch) {
-        error_set(err, ERROR_NO_MEMORY, "watching a job");
-        return NULL;
-    }
-    snprintf(watch->id, sizeof watch->id, "%s", id);
-    watch->jobs = jobs;
-    watch->context = context;
-    watch->notify = notify;
-    pthread_mutex_lock(&jobs->mutex);
-    bool is_known = jobs_find(jobs, id);
-    if (is_known) {
-        watch->next = jobs->watches;
-        jobs->watches = watch;
-    }
-    pthread_mutex_unlock(&jobs->mutex);
-    if (is_known)
-        return watch;
-    free(watch);
-    not_found(id, err);
-    return NULL;
-}
-
-void jobs_unwatch(struct job_watch *watch)
-{
-    if (!watch)
-        return;
-    struct jobs *jobs = watch->jobs;
-    pthread_mutex_lock(&jobs->mutex);
-    struct job_watch **link = &jobs->watches;
-    while (*link && *link != watch)
-        link = &(*link)->next;
-    if (*link)
-        *link = watch->next;
-    pthread_mutex_unlock(&jobs->mutex);
-    free(watch);
 }
 
 struct jobs_totals jobs_get_totals(struct jobs *jobs)
@@ -722,7 +628,7 @@ void jobs_stop(struct jobs *jobs)
         return;
     pthread_mutex_lock(&jobs->mutex);
     jobs->is_stopping = true;
-    notify_watches(jobs, NULL);
+    jobs_notify_watches(jobs, NULL);
     pthread_cond_broadcast(&jobs->changed);
     pthread_mutex_unlock(&jobs->mutex);
     pthread_join(jobs->thread, NULL);

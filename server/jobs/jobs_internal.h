@@ -106,11 +106,18 @@ struct jobs {
 /* All under the mutex, unless said otherwise. */
 
 struct farm_job *jobs_find(struct jobs *jobs, const char *id); /* NULL: none */
+bool jobs_not_found(const char *id, struct error *err);        /* false, with that said */
 bool farm_job_has_ended(const struct farm_job *job);
 struct job_place farm_job_place(const struct farm_job *job);
 
 /* Notes a change of the job: numbers it and tells who watches and waits. */
 void jobs_note_change(struct jobs *jobs, struct farm_job *job);
+void jobs_notify_watches(struct jobs *jobs, const char *id); /* id: NULL for those of all jobs */
+
+/* Takes those whose wait is over. */
+struct waiting *jobs_take_due(struct jobs *jobs);
+/* Answers and frees them. Not under the mutex. */
+void jobs_answer(struct waiting *due);
 
 /* Sets a frame's state and keeps the counts. */
 void farm_job_set_frame(struct farm_job *job, int position, enum farm_frame_state state);
