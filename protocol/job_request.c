@@ -253,6 +253,17 @@ static bool read_turntable(const struct json_node *node, struct job_turntable *t
            json_read_number(&turns, -100, 100, &turntable->turns);
 }
 
+/* A path that every frame of the list can be on. */
+static bool read_camera_path(const struct json_node *root, struct job_request *request)
+{
+    struct json_node path = json_member(root, "camera_path");
+    if (path.value && request->turntable.is_given)
+        return json_refuse(&path, ERROR_INVALID_REQUEST,
+                           "but turntable says already where the camera goes");
+    return camera_path_read(&path, &request->camera_path) &&
+           camera_path_check(&path, &request->camera_path, &request->frames, request->frame_rate);
+}
+
 /* "shots/a": segments that stay below where they begin. */
 static bool read_directory(const struct json_node *node, struct job_request *request)
 {
@@ -295,10 +306,10 @@ static bool read_job_name(const struct json_node *node, struct job_request *requ
 
 static bool read_root(const struct json_node *root, struct job_request *request)
 {
-    static const char *const known[] = {
-        "name",      "scene",   "view",     "frames",   "frame_rate",      "animate",
-        "turntable", "outputs", "priority", "attempts", "frame_timeout_s", "paused",
-        "directory", NULL};
+    static const char *const known[] = {"name",       "scene",     "view",      "frames",
+                                        "frame_rate", "animate",   "turntable", "camera_path",
+                                        "outputs",    "priority",  "attempts",  "frame_timeout_s",
+                                        "paused",     "directory", NULL};
     if (!json_expect_object(root, known))
         return false;
     struct json_node name = json_member(root, "name"), frames = json_member(root, "frames");
@@ -316,7 +327,7 @@ static bool read_root(const struct json_node *root, struct job_request *request)
         !read_frames(&frames, request) ||
         !json_read_number(&rate, 0.001, 1000, &request->frame_rate) ||
         !json_read_bool(&animate, &animates) || !read_turntable(&turntable, &request->turntable) ||
-        !read_outputs(&outputs, request) ||
+        !read_camera_path(root, request) || !read_outputs(&outputs, request) ||
         !json_read_int(&priority, 0, JOB_PRIORITY_MAX, &request->priority) ||
         !json_read_int(&attempts, 1, JOB_ATTEMPTS_MAX, &request->attempts) ||
         !json_read_int(&timeout, 1, 86400, &request->frame_timeout_s) ||
@@ -344,6 +355,7 @@ void job_request_finish(struct job_request *request)
 {
     render_request_finish(&request->render);
     frame_list_finish(&request->frames);
+    camera_path_finish(&request->camera_path);
     *request = (struct job_request){0};
 }
 
@@ -389,6 +401,8 @@ json_t *job_request_to_json(const struct job_request *request)
         json_put(&writer, "turntable",
                  json_pack("{s:f,s:f}", "elevation_deg", request->turntable.elevation_deg, "turns",
                            request->turntable.turns));
+    if (request->camera_path.count > 0)
+        json_put(&writer, "camera_path", camera_path_to_json(&request->camera_path));
     json_put(&writer, "outputs", json_take_unless(outputs, has_failed));
     json_put_integer(&writer, "priority", (uint64_t)request->priority);
     json_put_integer(&writer, "attempts", (uint64_t)request->attempts);

@@ -7,6 +7,7 @@
 #include <jansson.h>
 #include <stdbool.h>
 
+#include "protocol/camera_path.h"
 #include "protocol/error.h"
 #include "protocol/frame_list.h"
 #include "protocol/limits.h"
@@ -46,6 +47,7 @@ struct job_request {
     double frame_rate; /* frames per second of the animation, [0.001, 1000]; default 24 */
     bool is_still;     /* the animation's time is the same in each frame */
     struct job_turntable turntable;
+    struct camera_path camera_path; /* not beside a turntable */
     struct job_output outputs[LIMIT_OUTPUTS];
     int output_count;
     int priority;        /* [0, 100], higher is sooner; default 50 */

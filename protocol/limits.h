@@ -34,6 +34,7 @@ enum limits {
     LIMIT_JOBS_KEPT = 4096,           /* some 16 KiB of memory each, without their frames */
     LIMIT_JOB_FRAMES = 100000,        /* of one job: more than an hour of film at 24 a second */
     LIMIT_JOB_FRAMES_KEPT = 1000000,  /* of all jobs, some 150 bytes of memory each */
+    LIMIT_CAMERA_KEYS = 10000,        /* of a path, 0.1 KiB of memory each: one every 10 frames */
     LIMIT_PREFILTER = 4, /* rays per side of a shadow texel: 16 lists stay in registers */
     LIMIT_TRADEOFF_PIXELS = 9 << 20, /* 4096x2160: the reference takes 16 bytes of each */
     LIMIT_QUEUE_DEPTH = 256,         /* renders waiting for a worker; more are a 503 */
@@ -51,6 +52,7 @@ enum view_limits {
 #define LIMIT_UPLOAD_BYTES (2ull << 30)      /* default of --max-upload-bytes: all files of one */
 #define LIMIT_SCENE_BLOB_BYTES (32ull << 30) /* decoded: an upload of JPEG, 16 times as large */
 #define LIMIT_COORDINATE 1e12                /* metres; beyond it even f64 loses the millimetre */
+#define LIMIT_PATH_MOMENT 1e9                /* frames or seconds; farther than any frame */
 #define LIMIT_LIGHT_SIZE_MIN 1e-9            /* metres; a side or radius of an area light */
 #define LIMIT_LIGHT_SIZE_MAX 1e9
 #define LIMIT_LINE_PX_MIN 0.5           /* width of edges and outlines; thinner ones flicker */

@@ -83,7 +83,27 @@ void request_default_up(const double forward[3], double up[3])
     up[2] = is_level ? 0 : forward[1] < 0 ? -1 : 1;
 }
 
-static bool read_look_at(const struct json_node *node, struct request_camera *camera)
+/* Whether eye and target are far enough apart to say where to look. */
+static bool has_direction(const struct request_camera *camera, double forward[3], double *distance)
+{
+    for (int i = 0; i < 3; i++)
+        forward[i] = camera->target[i] - camera->eye[i];
+    *distance = length3(forward);
+    double magnitude = fmax(length3(camera->eye), length3(camera->target));
+    return *distance >= DIRECTION_LENGTH_MIN && *distance >= 8 * DBL_EPSILON * magnitude;
+}
+
+const char *request_look_at_fault(const struct request_camera *camera)
+{
+    double forward[3], distance;
+    if (!has_direction(camera, forward, &distance))
+        return "eye meets its target";
+    if (length3(camera->up) < DIRECTION_LENGTH_MIN || !request_are_independent(forward, camera->up))
+        return "up is parallel to its view direction";
+    return NULL;
+}
+
+bool request_read_look_at(const struct json_node *node, struct request_camera *camera)
 {
     struct json_node eye = json_member(node, "eye"), target = json_member(node, "target");
     struct json_node up = json_member(node, "up");
@@ -93,12 +113,8 @@ static bool read_look_at(const struct json_node *node, struct request_camera *ca
         !request_read_direction(&up, camera->up))
         return false;
 
-    double forward[3];
-    for (int i = 0; i < 3; i++)
-        forward[i] = camera->target[i] - camera->eye[i];
-    double distance = length3(forward);
-    double magnitude = fmax(length3(camera->eye), length3(camera->target));
-    if (distance < DIRECTION_LENGTH_MIN || distance < 8 * DBL_EPSILON * magnitude)
+    double forward[3], distance;
+    if (!has_direction(camera, forward, &distance))
         return json_refuse(&target, ERROR_INVALID_REQUEST,
                            "%.3g m from eye: too near to say where to look", distance);
 
@@ -110,7 +126,7 @@ static bool read_look_at(const struct json_node *node, struct request_camera *ca
     return true;
 }
 
-static bool read_lens(const struct json_node *node, struct request_camera *camera)
+bool request_read_lens(const struct json_node *node, struct request_camera *camera)
 {
     struct json_node fov = json_member(node, "fov_y_deg");
     struct json_node ortho = json_member(node, "ortho_height");
@@ -183,11 +199,11 @@ bool request_read_camera(const struct json_node *node, struct request_camera *ca
 {
     if (!node->value)
         return true;
-    if (!read_form(node, &camera->kind) || !read_lens(node, camera) ||
+    if (!read_form(node, &camera->kind) || !request_read_lens(node, camera) ||
         !read_projection(node, camera))
         return false;
     if (camera->kind == REQUEST_CAMERA_LOOK_AT)
-        return read_look_at(node, camera);
+        return request_read_look_at(node, camera);
 
     struct json_node name = json_member(node, "node"), matrix = json_member(node, "matrix");
     struct json_node fit = json_member(node, "fit");

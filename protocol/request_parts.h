@@ -9,6 +9,11 @@
 /* Each reads its member of the root into the request, whose defaults are in place. What they own is
  * released by render_request_finish, also after a failure. */
 MUST_CHECK bool request_read_camera(const struct json_node *node, struct request_camera *camera);
+/* Its members eye, target and up; and fov_y_deg and ortho_height. */
+MUST_CHECK bool request_read_look_at(const struct json_node *node, struct request_camera *camera);
+MUST_CHECK bool request_read_lens(const struct json_node *node, struct request_camera *camera);
+/* What is wrong with a look-at camera that was not read, in words; NULL: nothing. */
+const char *request_look_at_fault(const struct request_camera *camera);
 MUST_CHECK bool request_read_lights(const struct json_node *node, struct render_request *request);
 MUST_CHECK bool request_read_overrides(const struct json_node *node,
                                        struct render_request *request);

@@ -9,12 +9,18 @@ const REST_MS = 5000; // while no job runs
 const SHOWN = /\.(png|jpe?g|webp)$/i; // what a browser can show
 const SHOWN_FAILURES = 5;
 
+const KEY_FRAMES = 24; // from one key of a camera path to the next
+
+/** What the camera of the frames does. */
+const CAMERAS = { turntable: "Goes round the scene", still: "As in the view", keys: "Goes through keys" };
+
 const isOver = ({ state }) => state !== "queued" && state !== "running";
 
 export class JobsPanel {
   jobs = null; // null: not listed yet
   open = new Map(); // by id, what is known of the jobs whose details show: {job, frame}
-  asked = { frames: "1-48", turntable: true, format: "png" };
+  asked = { frames: "1-48", camera: "turntable", format: "png" };
+  keys = []; // of the camera: {frame, camera}
 
   /** @param {{isOpen: () => boolean, wanted: () => object|null}} actions wanted: the view that shows */
   constructor(panel, client, actions) {
@@ -75,7 +81,8 @@ export class JobsPanel {
     const { scene, stream: _, ...view } = wanted;
     await this.#do("The job was not taken", async () => {
       const job = await this.client.createJob({ scene, view, frames: this.asked.frames,
-        ...(this.asked.turntable && { turntable: {} }),
+        ...(this.asked.camera === "turntable" && { turntable: {} }),
+        ...(this.asked.camera === "keys" && { camera_path: { keys: this.#keysInOrder() } }),
         outputs: [{ name: "color", format: this.asked.format }] });
       this.open.set(job.id, {});
       notice(`Job ${job.id.slice(0, 8)} is submitted`);
@@ -98,11 +105,52 @@ export class JobsPanel {
         onchange: (event) => { asked.format = event.target.value; } },
       ["png", "jpeg", "webp", "exr"].map((name) =>
         el("option", { value: name, selected: name === asked.format }, name.toUpperCase())))),
-    el("label", { class: "check" }, el("input", { type: "checkbox", checked: asked.turntable,
-      onchange: (event) => { asked.turntable = event.target.checked; } }),
-    el("span", {}, "Go round the scene")),
+    el("label", {}, el("span", { class: "fine" }, "Camera"),
+      el("select", { "aria-label": "Camera of the frames", onchange: (event) => {
+        asked.camera = event.target.value;
+        this.#fillKeys();
+      } },
+      Object.entries(CAMERAS).map(([name, text]) =>
+        el("option", { value: name, selected: name === asked.camera }, text)))),
+    this.keyList = el("div"),
     this.submitter = button({ text: "Render this view as a job", icon: "render", class: "primary",
       type: "submit" }));
+  }
+
+  /** Keys as a job takes them. */
+  #keysInOrder() {
+    return this.keys.map(({ frame, camera }) => ({ frame, ...camera }))
+      .sort((a, b) => a.frame - b.frame);
+  }
+
+  #addKey() {
+    const { camera } = this.actions.wanted() ?? {};
+    if (!camera) return;
+    const last = Math.max(...this.keys.map(({ frame }) => frame));
+    const first = Number.parseInt(this.asked.frames, 10) || 0;
+    this.keys.push({ frame: this.keys.length > 0 ? last + KEY_FRAMES : first, camera });
+    announce(`${count(this.keys.length)} keys of the camera`);
+    this.#fillKeys();
+  }
+
+  /** The keys, where the camera goes through them. */
+  #fillKeys() {
+    this.keyList.replaceChildren();
+    if (this.asked.camera !== "keys") return;
+    const rows = this.keys.map((key, index) => el("div", { class: "job-key" },
+      el("label", {}, el("span", { class: "fine" }, `Key ${index + 1}`),
+        el("input", { type: "number", value: key.frame, step: "any", required: true,
+          "aria-label": `Frame of key ${index + 1}`, title: "The frame at which the camera is there",
+          onchange: (event) => { key.frame = event.target.valueAsNumber; } })),
+      button({ label: `Remove key ${index + 1}`, icon: "remove", class: "plain",
+        onclick: () => {
+          this.keys.splice(index, 1);
+          this.#fillKeys();
+        } })));
+    const advice = rows.length < 2
+      && el("p", { class: "fine" }, "Move the view and add what it shows, twice or more.");
+    this.keyList.append(...rows, ...(advice ? [advice] : []),
+      button({ text: "Add this view as a key", icon: "camera", onclick: () => this.#addKey() }));
   }
 
   #buttons(job) {

@@ -8,11 +8,12 @@
 
 #include "clients/vitrail/options.h"
 #include "clients/vitrail/session.h"
+#include "protocol/camera_path.h"
 #include "protocol/frame_list.h"
 
 /* What a command line says of frames. */
 struct frame_options {
-    const char *frames;
+    const char *frames, *camera_path;
     struct option_number frame_rate, chunk, chunks;
     bool still, skip_existing;
 };
@@ -31,6 +32,8 @@ struct frame_options {
                      "frames per second of the scene's animation; default 24", frame_rate),     \
         FRAME_OPTION(owner, FLAG, "still", NULL, "the scene stands still from frame to frame",  \
                      still),                                                                    \
+        FRAME_OPTION(owner, TEXT, "camera-path", "FILE.json",                                   \
+                     "the camera moves through the keys of the file", camera_path),             \
         FRAME_OPTION(owner, NUMBER, "chunks", "N", "do one of N shares of the list", chunks),   \
         FRAME_OPTION(owner, NUMBER, "chunk", "I",                                               \
                      "which share, from 0; default: by SLURM_ARRAY_TASK_ID or\n"                \
@@ -48,6 +51,7 @@ struct frame_run {
     size_t first, end; /* of the list: the share of this call */
     double time_s;     /* of the request, before frames change it */
     bool is_animated;
+    struct camera_path path;
 };
 
 /* Checks what is said. Without a list, options that need one are a wrong command line. */
@@ -58,8 +62,8 @@ void frame_run_finish(struct frame_run *run); /* accepts zeroed */
 /* Before the first frame: what the request and the scene say of time. description: of the scene, or
  * NULL: unknown. */
 void frame_run_note(struct frame_run *run, const json_t *request, const json_t *description);
-/* Puts the time of a frame into the request. */
-bool frame_run_put_time(const struct frame_run *run, size_t index, json_t *request,
-                        struct failure *failure);
+/* Puts the time of a frame, and the camera of a path, into the request. */
+bool frame_run_put_frame(const struct frame_run *run, size_t index, json_t *request,
+                         struct failure *failure);
 
 #endif

@@ -21,7 +21,7 @@ struct job_options {
     struct common_options common;
     struct request_options request;
     struct file_options file;
-    const char *frames, *name, *key, *directory, *folder;
+    const char *frames, *name, *key, *directory, *folder, *camera_path;
     struct option_number frame_rate, priority, attempts, frame_timeout_s, turntable_deg;
     struct text_list files;
     bool still, paused, watch, turntable;
@@ -105,6 +105,12 @@ static bool put_turntable(json_t *object, const struct job_options *options,
            put_number(turntable, "elevation_deg", &options->turntable_deg, failure);
 }
 
+static bool put_camera_path(json_t *object, const char *path, struct failure *failure)
+{
+    json_t *keys = path ? json_object_load(path, "camera-path", failure) : NULL;
+    return !path || (keys && put(object, "camera_path", keys, failure));
+}
+
 static json_t *build_request(const struct job_options *options, struct failure *failure)
 {
     json_t *view = request_json_build(&options->request, failure);
@@ -120,7 +126,9 @@ static json_t *build_request(const struct job_options *options, struct failure *
         put_number(request, "frame_timeout_s", &options->frame_timeout_s, failure) &&
         (!options->still || put(request, "animate", json_false(), failure)) &&
         (!options->paused || put(request, "paused", json_true(), failure)) &&
-        put_turntable(request, options, failure) && put_files(request, &options->files, failure))
+        put_turntable(request, options, failure) &&
+        put_camera_path(request, options->camera_path, failure) &&
+        put_files(request, &options->files, failure))
         return request;
     json_decref(request);
     return NULL;
@@ -492,6 +500,8 @@ static const struct option OPTIONS[] = {
     {OPTION_FLAG, "turntable", 0, NULL, "the camera goes round the scene once", AT(turntable)},
     {OPTION_NUMBER, "turntable-elevation", 0, "DEGREES", "from so far above; default 20",
      AT(turntable_deg)},
+    {OPTION_TEXT, "camera-path", 0, "FILE.json", "the camera moves through the keys of the file",
+     AT(camera_path)},
     {OPTION_LIST, "file", 0, "PATTERN",
      "one file of each frame: beauty.%04d.exr=color,depth\n(default: color.%04d.png)", AT(files)},
     {OPTION_TEXT, "name", 0, "TEXT", "of the job, for people", AT(name)},

@@ -316,7 +316,7 @@ static bool make_frame(struct render *render, size_t index, struct failure *fail
     render->started_s = clock_s();
     if (session->progress.kind == PROGRESS_AFANASY)
         fprintf(stderr, "FRAME: %d\n", render->run.list.numbers[index]);
-    is_ok = is_ok && frame_run_put_time(&render->run, index, render->request, failure);
+    is_ok = is_ok && frame_run_put_frame(&render->run, index, render->request, failure);
     if (is_ok && options->skip_existing && image_note_matches(session, path, render->request)) {
         if (!render->options->common.quiet && !render->options->common.json)
             printf("%s: is there\n", path);

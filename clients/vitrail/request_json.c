@@ -10,24 +10,22 @@
 
 #include "clients/vitrail/specs.h"
 
-static json_t *base_load(const char *path, struct failure *failure)
+json_t *json_object_load(const char *path, const char *option, struct failure *failure)
 {
     json_error_t problem;
     json_t *root;
 
-    if (!path)
-        return json_object();
     if (access(path, R_OK) != 0) {
-        fail(failure, EXIT_CODE_NO_INPUT, "--request: cannot read '%s'", path);
+        fail(failure, EXIT_CODE_NO_INPUT, "--%s: cannot read '%s'", option, path);
         return NULL;
     }
     root = json_load_file(path, JSON_REJECT_DUPLICATES, &problem);
     if (root && json_is_object(root))
         return root;
     if (root)
-        fail(failure, EXIT_CODE_USAGE, "--request: '%s' is not a JSON object", path);
+        fail(failure, EXIT_CODE_USAGE, "--%s: '%s' is not a JSON object", option, path);
     else
-        fail(failure, EXIT_CODE_USAGE, "--request: '%s', line %d: %s", path, problem.line,
+        fail(failure, EXIT_CODE_USAGE, "--%s: '%s', line %d: %s", option, path, problem.line,
              problem.text);
     json_decref(root);
     return NULL;
@@ -287,7 +285,8 @@ static bool put_view(json_t *root, const struct request_options *options, struct
 
 json_t *request_json_build(const struct request_options *options, struct failure *failure)
 {
-    json_t *root = base_load(options->base_path, failure);
+    const char *base = options->base_path;
+    json_t *root = base ? json_object_load(base, "request", failure) : json_object();
     bool is_ok = root || fail_no_memory(failure);
 
     is_ok = is_ok && put_view(root, options, failure) && put_quality(root, options, failure) &&

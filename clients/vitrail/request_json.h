@@ -148,6 +148,9 @@ struct request_options {
                    outputs),                                                   \
         REQUEST_VIEW_OPTIONS(owner)
 
+/* The object in a JSON file that an option (without its dashes) names. New reference. */
+json_t *json_object_load(const char *path, const char *option, struct failure *failure);
+
 /* New reference, without "scene". Base first, then the options over it (lights, clip planes and
  * parts are added to those of the base), then
  * --set in the order given. Only what was given is in it: defaults are the server's. */

@@ -161,6 +161,13 @@ static struct request_camera turntable_camera(const struct farm_job *job, int po
     return camera;
 }
 
+static struct request_camera path_camera(const struct farm_job *job, int position)
+{
+    const struct camera_path *path = &job->request.camera_path;
+    int frame = job->request.frames.numbers[position];
+    return camera_path_at(path, camera_path_moment(path, frame, job->request.frame_rate));
+}
+
 struct render_request farm_job_render(const struct farm_job *job, int position, int output)
 {
     const struct job_output *wanted = &job->request.outputs[output];
@@ -176,6 +183,8 @@ struct render_request farm_job_render(const struct farm_job *job, int position, 
         apply_chosen(job, &render.quality);
     if (job->request.turntable.is_given)
         render.camera = turntable_camera(job, position);
+    if (job->request.camera_path.count > 0)
+        render.camera = path_camera(job, position);
     return render;
 }
 

@@ -65,6 +65,21 @@ class Jobs(PageTest):
         self.wait_said("There is no job")
         self.assertEqual([], self.jobs())
 
+    def test_the_camera_goes_through_keys_of_the_view(self):
+        self.enter("Camera of the frames", "keys", "#panel-jobs")
+        self.press("Add this view as a key", "#panel-jobs")
+        first = self.view()["camera"]
+        x, y = self.center()
+        self.changed_by(lambda: self.browser.drag((x, y), (x + 90, y + 20)))
+        self.press("Add this view as a key", "#panel-jobs")
+        self.enter("Frame of key 2", "4", "#panel-jobs")
+        job = self.submit("1-4")
+        path = self.daemon.request("GET", f"/v1/jobs/{job}").json()["request"]["camera_path"]
+        self.assertEqual([1, 4], [key["frame"] for key in path["keys"]])
+        self.assertEqual(first["eye"], path["keys"][0]["eye"])
+        self.assertNotEqual(first["eye"], path["keys"][1]["eye"])
+        self.wait_said("done: 4 of 4 frames")
+
     def test_a_list_that_is_none_is_refused_with_its_reason(self):
         self.expects_refusal = True
         self.enter("Frames of the job", "9-1", "#panel-jobs")
