@@ -304,12 +304,60 @@ static bool read_job_name(const struct json_node *node, struct job_request *requ
     return true;
 }
 
+/* ---- what it waits for ---- */
+
+static const char *after_failure_name(int index)
+{
+    static const char *const names[] = {[JOB_AFTER_FAILURE_CANCEL] = "cancel",
+                                        [JOB_AFTER_FAILURE_RUN] = "run",
+                                        [JOB_AFTER_FAILURE_WAIT] = "wait"};
+    return index < JOB_AFTER_FAILURE_COUNT ? names[index] : NULL;
+}
+
+static bool read_id(const struct json_node *node, struct job_request *request)
+{
+    const char *text = NULL;
+    if (!json_read_name(node, &text))
+        return false;
+    if (!text || strlen(text) != JOB_ID_BYTES - 1 ||
+        strspn(text, "0123456789abcdef") != JOB_ID_BYTES - 1)
+        return json_refuse(node, ERROR_INVALID_REQUEST,
+                           "must be the id of a job, %d hexadecimal digits", JOB_ID_BYTES - 1);
+    for (int i = 0; i < request->after_count; i++)
+        if (strcmp(request->after[i], text) == 0)
+            return json_refuse(node, ERROR_INVALID_REQUEST, "for the second time");
+    memcpy(request->after[request->after_count++], text, JOB_ID_BYTES);
+    return true;
+}
+
+static bool read_after(const struct json_node *root, struct job_request *request)
+{
+    const struct json_choice choice = {.name = after_failure_name};
+    struct json_node after = json_member(root, "after");
+    struct json_node failure = json_member(root, "after_failure");
+    size_t count = 0;
+    int index = JOB_AFTER_FAILURE_CANCEL;
+    if (!json_expect_array(&after, LIMIT_JOB_AFTER, &count) ||
+        !json_read_choice(&failure, &choice, &index))
+        return false;
+    for (size_t i = 0; i < count; i++) {
+        struct json_node element = json_element(&after, i);
+        if (!read_id(&element, request))
+            return false;
+    }
+    request->after_failure = (enum job_after_failure)index;
+    return !failure.value || count > 0 ||
+           json_refuse(&failure, ERROR_INVALID_REQUEST, "but 'after' names no job");
+}
+
+/* ---- the whole ---- */
+
 static bool read_root(const struct json_node *root, struct job_request *request)
 {
-    static const char *const known[] = {"name",       "scene",     "view",      "frames",
-                                        "frame_rate", "animate",   "turntable", "camera_path",
-                                        "outputs",    "priority",  "attempts",  "frame_timeout_s",
-                                        "paused",     "directory", NULL};
+    static const char *const known[] = {
+        "name",      "scene",       "view",    "frames",        "frame_rate", "animate",
+        "turntable", "camera_path", "outputs", "priority",      "attempts",   "frame_timeout_s",
+        "paused",    "directory",   "after",   "after_failure", NULL};
     if (!json_expect_object(root, known))
         return false;
     struct json_node name = json_member(root, "name"), frames = json_member(root, "frames");
@@ -331,7 +379,8 @@ static bool read_root(const struct json_node *root, struct job_request *request)
         !json_read_int(&priority, 0, JOB_PRIORITY_MAX, &request->priority) ||
         !json_read_int(&attempts, 1, JOB_ATTEMPTS_MAX, &request->attempts) ||
         !json_read_int(&timeout, 1, 86400, &request->frame_timeout_s) ||
-        !json_read_bool(&paused, &request->is_paused) || !read_directory(&directory, request))
+        !json_read_bool(&paused, &request->is_paused) || !read_directory(&directory, request) ||
+        !read_after(root, request))
         return false;
     request->is_still = !animates;
     return true;
@@ -380,6 +429,15 @@ static json_t *output_to_json(const struct job_output *output)
     return json_writer_take(&writer);
 }
 
+static json_t *after_to_json(const struct job_request *request)
+{
+    json_t *after = json_array();
+    bool has_failed = !after;
+    for (int i = 0; after && i < request->after_count; i++)
+        json_append(after, json_text(request->after[i]), &has_failed);
+    return json_take_unless(after, has_failed);
+}
+
 json_t *job_request_to_json(const struct job_request *request)
 {
     static const char *const not_of_a_view[] = {"outputs", "format", "quality_percent", "scene"};
@@ -411,6 +469,10 @@ json_t *job_request_to_json(const struct job_request *request)
     json_put_bool(&writer, "paused", request->is_paused);
     if (request->directory[0])
         json_put_text(&writer, "directory", request->directory);
+    if (request->after_count > 0) {
+        json_put(&writer, "after", after_to_json(request));
+        json_put_text(&writer, "after_failure", after_failure_name(request->after_failure));
+    }
     return json_writer_take(&writer);
 }
 

@@ -14,12 +14,21 @@
 #include "protocol/render_request.h"
 
 enum {
+    JOB_ID_BYTES = 17, /* 16 hexadecimal digits */
     JOB_NAME_BYTES = 256,
     JOB_OUTPUT_NAME_BYTES = 64,
     JOB_FILE_BYTES = 256,
     JOB_DIRECTORY_BYTES = 1024,
     JOB_PRIORITY_MAX = 100,
     JOB_ATTEMPTS_MAX = 10,
+};
+
+/* What a job does where one that it waits for fails, is cancelled or is not there any more. */
+enum job_after_failure {
+    JOB_AFTER_FAILURE_CANCEL, /* it is cancelled, too */
+    JOB_AFTER_FAILURE_RUN,    /* it goes on as if that one were done */
+    JOB_AFTER_FAILURE_WAIT,   /* it waits until that one is tried again and done */
+    JOB_AFTER_FAILURE_COUNT
 };
 
 /* One file of each frame. */
@@ -56,6 +65,9 @@ struct job_request {
     bool is_paused;
     char directory[JOB_DIRECTORY_BYTES]; /* below the one that the configuration allows; "": the
                                             state directory */
+    char after[LIMIT_JOB_AFTER][JOB_ID_BYTES]; /* jobs that end before it begins, each once */
+    int after_count;
+    enum job_after_failure after_failure;
 };
 
 /* Reads and checks one JSON text; on failure the request is zeroed and err names the member. */

@@ -35,6 +35,7 @@ enum limits {
     LIMIT_JOB_FRAMES = 100000,        /* of one job: more than an hour of film at 24 a second */
     LIMIT_JOB_FRAMES_KEPT = 1000000,  /* of all jobs, some 150 bytes of memory each */
     LIMIT_CAMERA_KEYS = 10000,        /* of a path, 0.1 KiB of memory each: one every 10 frames */
+    LIMIT_JOB_AFTER = 16,             /* jobs that one waits for: a shot and its passes */
     LIMIT_PREFILTER = 4, /* rays per side of a shadow texel: 16 lists stay in registers */
     LIMIT_TRADEOFF_PIXELS = 9 << 20, /* 4096x2160: the reference takes 16 bytes of each */
     LIMIT_QUEUE_DEPTH = 256,         /* renders waiting for a worker; more are a 503 */

@@ -14,7 +14,7 @@ const KEY_FRAMES = 24; // from one key of a camera path to the next
 /** What the camera of the frames does. */
 const CAMERAS = { turntable: "Goes round the scene", still: "As in the view", keys: "Goes through keys" };
 
-const isOver = ({ state }) => state !== "queued" && state !== "running";
+const isOver = ({ ended }) => ended !== null;
 
 export class JobsPanel {
   jobs = null; // null: not listed yet
@@ -170,12 +170,17 @@ export class JobsPanel {
     } })];
   }
 
+  #nameOf(id) {
+    return this.jobs.find((job) => job.id === id)?.name ?? id.slice(0, 8);
+  }
+
   #said(job) {
     const { done, failed, count: all } = job.frames;
     const state = job.paused && !isOver(job) ? "paused" : job.state;
     const left = job.remaining_s !== null && job.state === "running" && !job.paused
       ? `, ${count(Math.ceil(job.remaining_s))} s left` : "";
-    return `${state}: ${count(done)} of ${count(all)} frames${failed ? `, ${count(failed)} failed` : ""}${left}`;
+    const after = job.waits_for.length > 0 ? ` for ${job.waits_for.map((id) => this.#nameOf(id)).join(", ")}` : "";
+    return `${state}${after}: ${count(done)} of ${count(all)} frames${failed ? `, ${count(failed)} failed` : ""}${left}`;
   }
 
   /** The newest picture, the reasons, and where the files are. */

@@ -23,7 +23,8 @@ struct job_options {
     struct file_options file;
     const char *frames, *name, *key, *directory, *folder, *camera_path;
     struct option_number frame_rate, priority, attempts, frame_timeout_s, turntable_deg;
-    struct text_list files;
+    const char *after_failure;
+    struct text_list files, after;
     bool still, paused, watch, turntable;
 };
 
@@ -111,6 +112,31 @@ static bool put_camera_path(json_t *object, const char *path, struct failure *fa
     return !path || (keys && put(object, "camera_path", keys, failure));
 }
 
+static bool is_job_id(const char *text)
+{
+    return strlen(text) == ID_DIGITS && strspn(text, "0123456789abcdef") == ID_DIGITS;
+}
+
+static bool put_after(json_t *object, const struct job_options *options, struct failure *failure)
+{
+    json_t *after = json_array();
+    for (size_t i = 0; i < options->after.count; i++) {
+        if (!is_job_id(options->after.items[i])) {
+            json_decref(after);
+            return fail(failure, EXIT_CODE_USAGE,
+                        "--after: '%s' is not a job id: %d hexadecimal digits",
+                        options->after.items[i], ID_DIGITS);
+        }
+        json_array_append_new(after, json_string(options->after.items[i]));
+    }
+    if (options->after.count > 0)
+        return put(object, "after", after, failure) &&
+               put_text(object, "after_failure", options->after_failure, failure);
+    json_decref(after);
+    return !options->after_failure ||
+           fail(failure, EXIT_CODE_USAGE, "--after-failure needs --after JOB");
+}
+
 static json_t *build_request(const struct job_options *options, struct failure *failure)
 {
     json_t *view = request_json_build(&options->request, failure);
@@ -126,7 +152,7 @@ static json_t *build_request(const struct job_options *options, struct failure *
         put_number(request, "frame_timeout_s", &options->frame_timeout_s, failure) &&
         (!options->still || put(request, "animate", json_false(), failure)) &&
         (!options->paused || put(request, "paused", json_true(), failure)) &&
-        put_turntable(request, options, failure) &&
+        put_after(request, options, failure) && put_turntable(request, options, failure) &&
         put_camera_path(request, options->camera_path, failure) &&
         put_files(request, &options->files, failure))
         return request;
@@ -156,20 +182,33 @@ static json_int_t count_of(const json_t *job, const char *key)
 
 static bool has_ended(const json_t *job)
 {
-    const char *state = text_of(job, "state");
-    return strcmp(state, "queued") != 0 && strcmp(state, "running") != 0;
+    return json_is_string(json_object_get(job, "ended"));
+}
+
+/* "  after JOB and 2 more", or nothing. */
+static void describe_waits(const json_t *job, char *text, size_t size)
+{
+    const json_t *ids = json_object_get(job, "waits_for");
+    size_t count = json_array_size(ids);
+    char id[32], more[32] = "";
+    const char *first = json_string_value(json_array_get(ids, 0));
+    text_copy_printable(id, sizeof id, first ? first : "");
+    if (count > 1)
+        snprintf(more, sizeof more, " and %zu more", count - 1);
+    snprintf(text, size, "%s%s%s", count > 0 ? "  after " : "", id, more);
 }
 
 static void print_row(const json_t *job)
 {
-    char id[32], state[16], name[256];
+    char id[32], state[16], name[256], waits[96];
+    describe_waits(job, waits, sizeof waits);
     bool is_paused = json_is_true(json_object_get(job, "paused")) && !has_ended(job);
     text_copy_printable(id, sizeof id, text_of(job, "id"));
     text_copy_printable(state, sizeof state, is_paused ? "paused" : text_of(job, "state"));
     text_copy_printable(name, sizeof name, text_of(job, "name"));
-    printf("%s  %-9s %6lld of %lld frames, %lld failed%s%s\n", id, state,
+    printf("%s  %-9s %6lld of %lld frames, %lld failed%s%s%s\n", id, state,
            (long long)count_of(job, "done"), (long long)count_of(job, "count"),
-           (long long)count_of(job, "failed"), *name ? "  " : "", name);
+           (long long)count_of(job, "failed"), waits, *name ? "  " : "", name);
 }
 
 /* Nothing, 75 where the job can go on, 1 where frames failed. */
@@ -185,7 +224,10 @@ static bool judge(const json_t *job, struct failure *failure)
     if (!strcmp(text_of(job, "state"), "failed"))
         return fail(failure, EXIT_CODE_REFUSED, "the job failed: %s", why);
     if (!strcmp(text_of(job, "state"), "cancelled"))
-        return fail(failure, EXIT_CODE_REFUSED, "the job was cancelled");
+        return fail(failure, EXIT_CODE_REFUSED, "the job was cancelled%s%s",
+                    json_is_object(problem) ? ": " : "", json_is_object(problem) ? why : "");
+    if (!json_is_true(json_object_get(job, "paused")))
+        return fail(failure, EXIT_CODE_TEMPORARY, "the job has not begun: %s", why);
     return fail(failure, EXIT_CODE_TEMPORARY, "the job is paused: %s", why);
 }
 
@@ -200,7 +242,8 @@ static bool watch_job(const struct job_call *call, const char *id, struct failur
         progress_show(&call->session->progress, PROGRESS_STAGE_FRAMES,
                       (uint64_t)(count_of(job, "done") + count_of(job, "failed")),
                       (uint64_t)count_of(job, "count"));
-        is_over = has_ended(job) || (json_is_true(json_object_get(job, "paused")) &&
+        is_over = has_ended(job) || ((json_is_true(json_object_get(job, "paused")) ||
+                                      !strcmp(text_of(job, "state"), "waiting")) &&
                                      json_is_object(json_object_get(job, "problem")));
         if (is_over) {
             progress_hide(&call->session->progress);
@@ -463,9 +506,7 @@ static bool check(const struct verb *verb, struct job_call *call, int operands,
         return fail(failure, EXIT_CODE_USAGE, "'job %s' takes %d operands, not %d", verb->name,
                     verb->operands_max, operands);
     if (verb->run != submit)
-        return !call->subject ||
-               (strlen(call->subject) == ID_DIGITS &&
-                strspn(call->subject, "0123456789abcdef") == ID_DIGITS) ||
+        return !call->subject || is_job_id(call->subject) ||
                fail(failure, EXIT_CODE_USAGE, "'%s' is not a job id: 16 hexadecimal digits",
                     call->subject);
     call->request = build_request(call->options, failure);
@@ -514,6 +555,10 @@ static const struct option OPTIONS[] = {
      AT(key)},
     {OPTION_TEXT, "directory", 0, "PATH", "of the server, below its --job-dir: results go there",
      AT(directory)},
+    {OPTION_LIST, "after", 0, "JOB", "begin when that job is done; may be given several times",
+     AT(after)},
+    {OPTION_TEXT, "after-failure", 0, "WHAT",
+     "where such a job fails: cancel (the default), run or wait", AT(after_failure)},
     {OPTION_FLAG, "paused", 0, NULL, "wait for 'job resume'", AT(paused)},
     {OPTION_FLAG, "watch", 0, NULL, "submit: stay until the job has ended", AT(watch)},
     {OPTION_TEXT, "output-folder", 'o', "FOLDER", "fetch: where the files go", AT(folder)},
@@ -538,7 +583,7 @@ const struct command COMMAND_JOB = {
                "  forget JOB            removes one that has ended, with its results\n"
                "submit takes the options from --frames on; Ctrl-C while it watches leaves the job\n"
                "on the server as it is. Exit codes of watch: 1 frames failed or the job was\n"
-               "cancelled, 75 it is paused.\n" REQUEST_HELP,
+               "cancelled, 75 it is paused, or waits for a job that failed.\n" REQUEST_HELP,
     .options = OPTIONS,
     .is_remote = true,
     .operands_min = 1,

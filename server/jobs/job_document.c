@@ -76,6 +76,26 @@ static json_t *problems_to_json(const struct farm_job *job)
     return json_take_unless(problems, has_failed);
 }
 
+/* The jobs that it waits for. */
+static json_t *waits_for_to_json(const struct farm_job *job)
+{
+    json_t *ids = json_array();
+    bool has_failed = !ids;
+    for (int i = 0; ids && farm_job_is_waiting(job) && i < job->request.after_count; i++)
+        if (job->unmet & 1u << i)
+            json_append(ids, json_text(job->request.after[i]), &has_failed);
+    return json_take_unless(ids, has_failed);
+}
+
+static json_t *problem_to_json(const struct farm_job *job)
+{
+    const struct error *problem = &job->record.problem;
+    if (problem->code == ERROR_NONE && farm_job_is_waiting(job) && job->broken)
+        problem = &job->broken_why;
+    return problem->code == ERROR_NONE ? json_null()
+                                       : problem_to_object(problem->code, problem->message);
+}
+
 json_t *farm_job_to_json(const struct farm_job *job, bool is_whole)
 {
     const struct job_record *record = &job->record;
@@ -83,7 +103,9 @@ json_t *farm_job_to_json(const struct farm_job *job, bool is_whole)
     struct json_writer writer = json_writer_begin();
     json_put_text(&writer, "id", record->id);
     json_put_text_or_null(&writer, "name", job->request.name[0] ? job->request.name : NULL);
-    json_put_text(&writer, "state", job_state_names[record->state]);
+    json_put_text(&writer, "state",
+                  farm_job_is_waiting(job) ? "waiting" : job_state_names[record->state]);
+    json_put(&writer, "waits_for", waits_for_to_json(job));
     json_put_bool(&writer, "paused", record->is_paused);
     json_put_text(&writer, "scene", job->request.render.scene);
     json_put_integer(&writer, "priority", (uint64_t)record->priority);
@@ -96,10 +118,7 @@ json_t *farm_job_to_json(const struct farm_job *job, bool is_whole)
                     (double)(job->done_count + job->failed_count) / (double)count);
     json_put_number(&writer, "busy_s", round(job->busy_ms) / 1e3);
     json_put(&writer, "remaining_s", remaining_s(job));
-    json_put(&writer, "problem",
-             record->problem.code == ERROR_NONE
-                 ? json_null()
-                 : problem_to_object(record->problem.code, record->problem.message));
+    json_put(&writer, "problem", problem_to_json(job));
     if (is_whole) {
         const json_t *chosen = json_object_get(job->chosen_json, "chosen");
         const json_t *error = json_object_get(job->chosen_json, "error");

@@ -38,7 +38,7 @@ static int output_to_make(const struct farm_job *job, const struct farm_frame *f
 
 static bool find_piece(const struct farm_job *job, int *position, int *output)
 {
-    if (farm_job_has_ended(job) || job->record.is_paused)
+    if (farm_job_has_ended(job) || job->record.is_paused || farm_job_is_waiting(job))
         return false;
     if (job->pieces > 0 && !job->is_decided && farm_job_is_open(job))
         return false; /* the first frame decides for all */
@@ -272,13 +272,14 @@ static void set_problem(struct farm_frame *frame, const struct error *problem)
 }
 
 /* A job without open frames has ended. */
-static void end_if_complete(struct farm_job *job)
+static void end_if_complete(struct jobs *jobs, struct farm_job *job)
 {
     size_t ended = (size_t)(job->done_count + job->failed_count);
     if (farm_job_has_ended(job) || ended < job->request.frames.count)
         return;
     job->record.state = job->failed_count > 0 ? FARM_JOB_FAILED : FARM_JOB_DONE;
     job->record.ended_s = time(NULL);
+    jobs->order_is_stale = true;
     if (job->failed_count > 0) {
         job->record.problem = (struct error){0};
         error_set(&job->record.problem, ERROR_RENDER_FAILED, "%d of %zu frames failed",
@@ -340,7 +341,7 @@ static void settle_frame(struct jobs *jobs, struct job_piece *piece, enum verdic
             job->record.state = FARM_JOB_RUNNING;
             job->record.started_s = time(NULL);
         }
-        end_if_complete(job);
+        end_if_complete(jobs, job);
         jobs_note_change(jobs, job);
     }
 }
@@ -470,19 +471,22 @@ void *jobs_thread(void *argument)
     struct jobs *jobs = argument;
     pthread_mutex_lock(&jobs->mutex);
     for (int i = 0; i < jobs->count; i++) /* a daemon may have ended before it was written down */
-        end_if_complete(jobs->list[i]);
+        end_if_complete(jobs, jobs->list[i]);
     while (!jobs->is_stopping) {
+        bool must_cancel = jobs->order_is_stale && job_order_update(jobs);
         struct waiting *due = jobs_take_due(jobs);
         struct job_piece *ended = jobs->ended;
         struct job_piece *begun = take_piece(jobs);
         if (ended)
             jobs->ended = ended->next;
-        if (!due && !ended && !begun) {
+        if (!due && !ended && !begun && !must_cancel) {
             sleep_until_news(jobs);
             continue;
         }
         pthread_mutex_unlock(&jobs->mutex);
         jobs_answer(due);
+        if (must_cancel)
+            job_order_cancel_broken(jobs);
         if (begun) /* first: the worker has work while results are brought to the disk */
             submit(jobs, begun);
         if (ended)

@@ -9,10 +9,11 @@
 #include <stdint.h>
 
 #include "protocol/error.h"
+#include "protocol/job_request.h"
 #include "server/base/digest.h"
 #include "server/base/log.h"
 
-enum { JOB_ID_BYTES = 17 /* 16 hexadecimal digits */, JOB_KEY_BYTES = 256 };
+enum { JOB_KEY_BYTES = 256 };
 
 enum farm_job_state {
     FARM_JOB_QUEUED,

@@ -75,14 +75,13 @@ static bool make_room(struct jobs *jobs, const struct farm_job *job, struct erro
     return true;
 }
 
-/* Newcomers begin where the least served of the others are. Under the mutex. */
-static void join_the_queue(struct jobs *jobs, struct farm_job *job)
+void jobs_join_queue(struct jobs *jobs, struct farm_job *job)
 {
     double least = -1;
     for (int i = 0; i < jobs->count; i++) {
         const struct farm_job *other = jobs->list[i];
         if (other != job && !farm_job_has_ended(other) && !other->record.is_paused &&
-            (least < 0 || other->pass < least))
+            !farm_job_is_waiting(other) && (least < 0 || other->pass < least))
             least = other->pass;
     }
     if (least > job->pass)
@@ -93,6 +92,7 @@ static void append(struct jobs *jobs, struct farm_job *job)
 {
     jobs->list[jobs->count++] = job;
     jobs->frames_kept += job->request.frames.count;
+    jobs->order_is_stale = true;
 }
 
 /* With the disk locked, so that of two requests with one key the second finds the first. */
@@ -105,7 +105,7 @@ static bool add_job(struct jobs *jobs, struct farm_job *job, const char *key, co
     if (!text)
         return error_set(err, ERROR_NO_MEMORY, "job");
     pthread_mutex_lock(&jobs->mutex);
-    bool is_good = make_room(jobs, job, err);
+    bool is_good = make_room(jobs, job, err) && job_order_resolve(jobs, job, false, err);
     pthread_mutex_unlock(&jobs->mutex);
     job->record.request = text;
     is_good = is_good && job_store_add(jobs->store, &job->record, key ? key : "", body, err);
@@ -115,7 +115,7 @@ static bool add_job(struct jobs *jobs, struct farm_job *job, const char *key, co
         return false;
     pthread_mutex_lock(&jobs->mutex);
     append(jobs, job);
-    join_the_queue(jobs, job);
+    jobs_join_queue(jobs, job);
     pthread_cond_broadcast(&jobs->changed);
     pthread_mutex_unlock(&jobs->mutex);
     return true;
@@ -203,26 +203,42 @@ static bool change(struct jobs *jobs, const char *id, void *context,
     return is_good;
 }
 
+struct cancelling {
+    uint64_t tickets[JOB_PIECES_MAX];
+    bool must_be_broken; /* else the job stays as it is */
+};
+
 static bool apply_cancel(struct jobs *jobs, struct farm_job *job, void *context, struct error *err)
 {
-    uint64_t *tickets = context;
+    struct cancelling *cancelling = context;
     (void)err;
     if (farm_job_has_ended(job))
         return true;
+    if (cancelling->must_be_broken && !(farm_job_is_waiting(job) && job->broken))
+        return true;
+    if (cancelling->must_be_broken)
+        job->record.problem = job->broken_why;
     job->record.state = FARM_JOB_CANCELLED;
     job->record.ended_s = time(NULL);
+    jobs->order_is_stale = true;
     for (int i = 0; i < JOB_PIECES_MAX; i++)
         if (jobs->in_flight[i] && jobs->in_flight[i]->job == job)
-            tickets[i] = jobs->in_flight[i]->ticket;
+            cancelling->tickets[i] = jobs->in_flight[i]->ticket;
     return true;
+}
+
+bool jobs_cancel_broken(struct jobs *jobs, const char *id, struct error *err)
+{
+    struct cancelling cancelling = {.must_be_broken = true};
+    return change(jobs, id, &cancelling, apply_cancel, false, err);
 }
 
 bool jobs_cancel(struct jobs *jobs, const char *id, struct error *err)
 {
-    uint64_t tickets[JOB_PIECES_MAX] = {0}; /* which no render has */
-    bool is_good = change(jobs, id, tickets, apply_cancel, false, err);
+    struct cancelling cancelling = {0}; /* tickets which no render has */
+    bool is_good = change(jobs, id, &cancelling, apply_cancel, false, err);
     for (int i = 0; is_good && i < JOB_PIECES_MAX; i++) /* calls back: without a lock */
-        supervisor_cancel(jobs->desc.supervisor, tickets[i]);
+        supervisor_cancel(jobs->desc.supervisor, cancelling.tickets[i]);
     return is_good;
 }
 
@@ -241,7 +257,8 @@ static bool retry_failed(struct jobs *jobs, struct farm_job *job, struct error *
     job->record.state = job->record.started_s ? FARM_JOB_RUNNING : FARM_JOB_QUEUED;
     job->record.ended_s = 0;
     job->record.problem = (struct error){0};
-    join_the_queue(jobs, job);
+    jobs->order_is_stale = true;
+    jobs_join_queue(jobs, job);
     return true;
 }
 
@@ -258,7 +275,7 @@ static bool apply_change(struct jobs *jobs, struct farm_job *job, void *context,
     if (asked->has_paused) {
         if (job->record.is_paused && !asked->is_paused) {
             job->record.problem = (struct error){0};
-            join_the_queue(jobs, job);
+            jobs_join_queue(jobs, job);
         }
         job->record.is_paused = asked->is_paused;
     }
@@ -281,6 +298,7 @@ bool jobs_forget(struct jobs *jobs, const char *id, struct error *err)
     bool is_good = job || jobs_not_found(id, err);
     if (is_good && !farm_job_has_ended(job))
         is_good = error_set(err, ERROR_CONFLICT, "job '%s' has not ended: cancel it first", id);
+    is_good = is_good && job_order_may_forget(jobs, job, err);
     pthread_mutex_unlock(&jobs->mutex);
     is_good = is_good && job_store_remove(jobs->store, job->record.number, err);
     if (is_good) {
@@ -501,7 +519,9 @@ struct jobs_totals jobs_get_totals(struct jobs *jobs)
     struct jobs_totals totals = jobs->totals;
     for (int i = 0; i < jobs->count; i++) {
         const struct farm_job *job = jobs->list[i];
-        totals.by_state[job->record.state]++;
+        bool is_waiting = farm_job_is_waiting(job);
+        totals.waiting += is_waiting;
+        totals.by_state[job->record.state] += !is_waiting;
         if (!farm_job_has_ended(job))
             totals.frames_waiting +=
                 job->request.frames.count - (size_t)(job->done_count + job->failed_count);
@@ -528,7 +548,7 @@ static bool load_job(void *context, const struct job_record *record, struct erro
     job->record.request = job->record.chosen = NULL;
     farm_job_set_chosen(job, record->chosen ? strdup(record->chosen) : NULL);
     pthread_mutex_lock(&jobs->mutex);
-    bool is_good = make_room(jobs, job, err);
+    bool is_good = make_room(jobs, job, err) && job_order_resolve(jobs, job, true, err);
     if (is_good)
         append(jobs, job);
     pthread_mutex_unlock(&jobs->mutex);

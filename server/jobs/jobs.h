@@ -115,7 +115,8 @@ void jobs_unwatch(struct job_watch *watch); /* afterwards notify is not called; 
 MUST_CHECK json_t *jobs_changes(struct jobs *jobs, const char *id, uint32_t sequence);
 
 struct jobs_totals {
-    uint64_t by_state[FARM_JOB_STATE_COUNT];
+    uint64_t by_state[FARM_JOB_STATE_COUNT]; /* queued: those that wait for no other */
+    uint64_t waiting;
     uint64_t frames_done, frames_failed, frames_retried; /* since the daemon began */
     uint64_t frames_waiting, result_bytes;
 };

@@ -46,6 +46,11 @@ struct farm_job {
     bool is_decided; /* a frame is done: what it chose, or that there was nothing, holds for all */
     bool is_gone;    /* forgotten; freed when no piece refers to it */
     int pieces;      /* in flight */
+    int64_t after[LIMIT_JOB_AFTER]; /* numbers of the jobs that it waits for; 0: not there */
+    /* Bit sets of 1u << index of those: that have not ended well yet; and of these, that have ended
+     * badly or are not there. Kept by job_order_update. */
+    uint32_t unmet, broken;
+    struct error broken_why; /* of the first that is broken */
 };
 
 /* A file in the making: one render. */
@@ -96,7 +101,8 @@ struct jobs {
     uint64_t frames_kept;
     struct job_piece *in_flight[JOB_PIECES_MAX]; /* NULL: room */
     struct job_piece *ended;
-    int64_t resume_ms; /* nothing is submitted before: the worker cannot take more */
+    int64_t resume_ms;   /* nothing is submitted before: the worker cannot take more */
+    bool order_is_stale; /* a job has ended or begun anew, so that others may go on */
     uint64_t next_ticket;
     struct waiting *waiting;
     struct job_watch *watches;
@@ -124,6 +130,28 @@ void farm_job_set_frame(struct farm_job *job, int position, enum farm_frame_stat
 
 /* Frees a job that nothing refers to any more. */
 void farm_job_destroy(struct farm_job *job); /* accepts NULL */
+
+/* Lets a job begin where the least served of the others are. */
+void jobs_join_queue(struct jobs *jobs, struct farm_job *job);
+
+/* ---- the order between jobs: job_order.c ---- */
+
+/* Whether it has not begun, and waits for others. */
+bool farm_job_is_waiting(const struct farm_job *job);
+/* Finds the jobs that it is to come after, and what is unmet. ERROR_UNSUPPORTED names one that is
+ * not there; is_kept: that counts as one that has ended badly. */
+MUST_CHECK bool job_order_resolve(struct jobs *jobs, struct farm_job *job, bool is_kept,
+                                  struct error *err);
+/* Finds anew what jobs wait for. Returns whether some are to be cancelled. */
+MUST_CHECK bool job_order_update(struct jobs *jobs);
+/* Cancels them. Not under the mutex. */
+void job_order_cancel_broken(struct jobs *jobs);
+/* ERROR_CONFLICT where a job that has not begun waits for this one. */
+MUST_CHECK bool job_order_may_forget(const struct jobs *jobs, const struct farm_job *job,
+                                     struct error *err);
+
+/* Cancels it if it has not begun and is broken; the reason is its problem. Not under the mutex. */
+MUST_CHECK bool jobs_cancel_broken(struct jobs *jobs, const char *id, struct error *err);
 
 /* New references, NULL: no memory. */
 json_t *farm_job_to_json(const struct farm_job *job, bool is_whole);

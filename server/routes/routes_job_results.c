@@ -137,11 +137,10 @@ static void make_events(struct events_get *get)
         out = open_memstream(&get->text, &size_bytes);
     if (out) {
         const json_t *job = json_object_get(changes, "job");
-        const char *state = json_string_value(json_object_get(job, "state"));
         json_array_foreach(json_object_get(changes, "frames"), index, frame)
             put_event(out, "frame", frame, 0);
         put_event(out, "job", job, sequence);
-        get->has_ended = state && strcmp(state, "queued") != 0 && strcmp(state, "running") != 0 &&
+        get->has_ended = !json_is_null(json_object_get(job, "ended")) &&
                          json_integer_value(json_object_get(job, "sequence")) == sequence;
         fclose(out);
         get->text_bytes = size_bytes;

@@ -152,7 +152,7 @@ static json_t *jobs_json(const struct service *service)
 {
     const struct jobs_totals jobs = jobs_get_totals(service->jobs);
     return json_pack(
-        "{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "queued",
+        "{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "waiting", integer(jobs.waiting), "queued",
         integer(jobs.by_state[FARM_JOB_QUEUED]), "running",
         integer(jobs.by_state[FARM_JOB_RUNNING]), "done", integer(jobs.by_state[FARM_JOB_DONE]),
         "failed", integer(jobs.by_state[FARM_JOB_FAILED]), "cancelled",
@@ -211,7 +211,7 @@ static void reply_metrics(struct http_exchange *exchange, const char *text)
         http_reply_error(exchange, &(struct error){ERROR_NO_MEMORY, "metrics", ""});
 }
 
-enum { MORE_GAUGES = 11 };
+enum { MORE_GAUGES = 12 };
 
 /* Of jobs and of the process. */
 static void put_more_gauges(const struct service *service, struct metrics_gauge gauges[MORE_GAUGES])
@@ -221,6 +221,7 @@ static void put_more_gauges(const struct service *service, struct metrics_gauge 
     const struct metrics_gauge made[MORE_GAUGES] = {
         {jobs, "Jobs kept, by state.", false, "state=\"queued\"",
          (double)j.by_state[FARM_JOB_QUEUED]},
+        {jobs, "", false, "state=\"waiting\"", (double)j.waiting},
         {jobs, "", false, "state=\"running\"", (double)j.by_state[FARM_JOB_RUNNING]},
         {jobs, "", false, "state=\"done\"", (double)j.by_state[FARM_JOB_DONE]},
         {jobs, "", false, "state=\"failed\"", (double)j.by_state[FARM_JOB_FAILED]},

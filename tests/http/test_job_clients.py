@@ -55,6 +55,29 @@ class JobClients(CliServiceTest):
         self.assertIn("was cancelled", self.run_cli("watch", other, code=1))
         self.assertIn("no failed frames", self.run_cli("retry", first, code=1))
 
+    def test_a_job_comes_after_another(self):
+        first = self.submit("--paused").strip()
+        after = self.submit("--after", first, "--after-failure", "wait").strip()
+        row = next(row for row in self.run_cli("list").splitlines() if row.startswith(after))
+        self.assertIn("waiting", row)
+        self.assertIn(f"after {first}", row)
+        self.run_cli("cancel", first)
+        self.assertIn("has not begun: waits, since", self.run_cli("watch", after, code=75))
+        other = self.submit("--after", first, "--watch", code=1)
+        self.assertIn("was cancelled: cancelled, since job", other)
+        self.run_cli("cancel", after)
+        self.assertIn("not a job id", self.submit("--after", "shot", code=2))
+        self.assertIn("--after JOB", self.submit("--after-failure", "run", code=2))
+        with vitrail.Client(self.url) as client:
+            scene = client.post_scene(self.scene)["id"]
+            view = {"width": 32, "height": 16}
+            first = client.create_job(scene, view=view, paused=True)
+            last = client.create_job(scene, view=view, after=[first])
+            self.assertEqual(["waiting", [first.id]], [last.state, last.waits_for])
+            self.assertFalse(last.has_ended)
+            first.resume()
+            self.assertEqual("done", last.wait().state)
+
     def test_calls_that_are_wrong_are_refused_before_the_server(self):
         self.assertIn("none of submit", self.run_cli("sumbit", code=2))
         self.assertIn("not a job id", self.run_cli("show", "xyz", code=2))

@@ -50,6 +50,15 @@ class Jobs(PageTest):
         self.assertEqual(f"/v1/jobs/{job}/results.tar", self.browser.run(
             "return document.querySelector('#panel-jobs a').getAttribute('href')"))
 
+    def test_a_job_that_waits_tells_for_what(self):
+        job = self.submit("1-500")
+        self.wait_button(f"Pause {job[:8]}")
+        self.press(f"Pause {job[:8]}", "#panel-jobs")
+        self.wait_button(f"Resume {job[:8]}")
+        scene = self.daemon.request("GET", f"/v1/jobs/{job}").json()["scene"]
+        self.daemon.request("POST", "/v1/jobs", {"scene": scene, "after": [job], "name": "Later"})
+        self.wait_said(f"waiting for {job[:8]}: 0 of 1 frames")
+
     def test_a_job_is_paused_resumed_cancelled_and_forgotten(self):
         job = self.submit("1-500")
         name = job[:8]

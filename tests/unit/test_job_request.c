@@ -134,6 +134,25 @@ static void one_frame_is_a_still_and_a_list_is_animated(void **state)
     job_request_finish(&request);
 }
 
+static void jobs_to_wait_for_are_ids_that_are_named_once(void **state)
+{
+    static const char id[] = "0123456789abcdef";
+    struct job_request request = parse("{" SCENE ",\"after\":[\"0123456789abcdef\"],"
+                                       "\"after_failure\":\"wait\"}");
+    (void)state;
+    assert_int_equal(request.after_count, 1);
+    assert_string_equal(request.after[0], id);
+    assert_int_equal(request.after_failure, JOB_AFTER_FAILURE_WAIT);
+    json_t *written = job_request_to_json(&request);
+    assert_string_equal(json_string_value(json_array_get(json_object_get(written, "after"), 0)),
+                        id);
+    json_decref(written);
+    job_request_finish(&request);
+    request = parse("{" SCENE ",\"after\":[]}");
+    assert_int_equal(request.after_count, 0);
+    job_request_finish(&request);
+}
+
 static void files_are_named_by_pattern_and_never_alike(void **state)
 {
     struct error err = {0};
@@ -200,6 +219,7 @@ int main(void)
         cmocka_unit_test(lists_that_are_none_name_what_is_wrong),
         cmocka_unit_test(a_request_written_and_read_is_the_same),
         cmocka_unit_test(one_frame_is_a_still_and_a_list_is_animated),
+        cmocka_unit_test(jobs_to_wait_for_are_ids_that_are_named_once),
         cmocka_unit_test(files_are_named_by_pattern_and_never_alike),
         cmocka_unit_test(ranges_are_cut_to_the_file_or_outside_of_it),
     };

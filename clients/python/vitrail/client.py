@@ -232,8 +232,11 @@ class Client:
     def create_job(self, scene: str, *, key: Optional[str] = None, **members: Any) -> Job:
         """Has frames rendered, whatever ends meanwhile; members as in docs/reference/jobs.md.
 
-        key: what this request is called (Idempotency-Key): sent again, it is the same job."""
+        key: what this request is called (Idempotency-Key): sent again, it is the same job.
+        after: jobs, or their ids, that are to be done before it begins."""
         headers = {"Idempotency-Key": key} if key else {}
+        if "after" in members:
+            members["after"] = [getattr(job, "id", job) for job in members["after"]]
         return Job(self, self.send("POST", "/v1/jobs", {"scene": scene, **members},
                                    headers).json())
 

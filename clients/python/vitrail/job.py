@@ -27,12 +27,17 @@ class Job:
 
     @property
     def state(self) -> str:
-        """queued, running, done, failed or cancelled."""
+        """waiting (for other jobs), queued, running, done, failed or cancelled."""
         return self.members["state"]
 
     @property
     def has_ended(self) -> bool:
-        return self.state not in ("queued", "running")
+        return self.members["ended"] is not None
+
+    @property
+    def waits_for(self) -> List[str]:
+        """Ids of the jobs that are to end before it begins, and have not yet."""
+        return self.members["waits_for"]
 
     @property
     def path(self) -> str:
