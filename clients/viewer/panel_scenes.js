@@ -216,13 +216,24 @@ export class ScenesPanel {
     const name = scene.name ?? scene.id.slice(0, 12);
     if (!confirm(`Delete ${name}? It is removed from the server.`)) return;
     try {
-      await this.client.deleteScene(scene.id);
+      await this.#deleteUnlessNeeded(scene.id);
       if (this.model.scene?.id === scene.id) this.actions.open(null);
       notice(`Deleted ${name}`);
     } catch (problem) {
       showProblem(problem, `${name} could not be deleted`);
     }
     this.refresh();
+  }
+
+  /** Asks again where a job needs it, whose name the problem tells. */
+  async #deleteUnlessNeeded(id) {
+    try {
+      await this.client.deleteScene(id);
+    } catch (problem) {
+      if (problem.code !== "conflict" || !confirm(`${problem.message}\n\nDelete it all the same? Frames of the job fail.`))
+        throw problem;
+      await this.client.deleteScene(id, { force: true });
+    }
   }
 
   #item(scene) {

@@ -175,8 +175,9 @@ export class Vitrail {
       headers: { "Content-Type": "application/merge-patch+json" }, body: JSON.stringify({ name }) });
   }
 
-  async deleteScene(id) {
-    await this.request(`/v1/scenes/${id}`, { method: "DELETE" });
+  /** @param {{force?: boolean}} [options] force: also one that a job needs which has not ended */
+  async deleteScene(id, { force } = {}) {
+    await this.request(`/v1/scenes/${id}${queryOf({ force })}`, { method: "DELETE" });
   }
 
   /**
@@ -243,8 +244,8 @@ export class Vitrail {
     return (await this.send("PATCH", `/v1/environments/${id}`, { name })).json();
   }
 
-  async deleteEnvironment(id) {
-    await this.request(`/v1/environments/${id}`, { method: "DELETE" });
+  async deleteEnvironment(id, { force } = {}) {
+    await this.request(`/v1/environments/${id}${queryOf({ force })}`, { method: "DELETE" });
   }
 
   /**

@@ -46,15 +46,11 @@ static bool check_scene(const struct jobs *jobs, struct farm_job *job, bool is_k
                         struct error *err)
 {
     const struct resources *resources = jobs->desc.resources;
-    const struct render_request *render = &job->request.render;
-    struct request_resources needed;
     struct error problem = {0};
-    if (!render_request_resources(render, &needed))
-        return error_set_at(err, ERROR_TOO_LARGE, "/view/parts",
-                            "/view/parts: more than %d different scenes", LIMIT_PART_SCENES);
-    if (!is_kept && !task_has_resources(resources, render->scene, &needed, err))
+    if (!is_kept && !farm_job_has_resources(jobs, job, err))
         return false;
-    json_t *summary = resource_store_get_summary(resources->scenes, render->scene, &problem);
+    json_t *summary =
+        resource_store_get_summary(resources->scenes, job->request.render.scene, &problem);
     read_summary(job, summary);
     json_decref(summary);
     return is_kept || !job->request.turntable.is_given || job->has_bounds ||

@@ -105,7 +105,8 @@ static bool add_job(struct jobs *jobs, struct farm_job *job, const char *key, co
     if (!text)
         return error_set(err, ERROR_NO_MEMORY, "job");
     pthread_mutex_lock(&jobs->mutex);
-    bool is_good = make_room(jobs, job, err) && job_order_resolve(jobs, job, false, err);
+    bool is_good = make_room(jobs, job, err) && farm_job_has_resources(jobs, job, err) &&
+                   job_order_resolve(jobs, job, false, err);
     pthread_mutex_unlock(&jobs->mutex);
     job->record.request = text;
     is_good = is_good && job_store_add(jobs->store, &job->record, key ? key : "", body, err);
@@ -533,6 +534,17 @@ struct jobs_totals jobs_get_totals(struct jobs *jobs)
 
 /* ---- life ---- */
 
+/* Each of its frames would fail: its scene was of another version of the program, or is damaged. */
+static void pause_without(struct jobs *jobs, struct farm_job *job, const struct error *missing)
+{
+    job->record.is_paused = true;
+    job->record.problem = (struct error){0};
+    error_set(&job->record.problem, missing->code,
+              "paused, since %s: bring it again, and resume the job", missing->message);
+    log_write(jobs->desc.log, LOG_WARNING, "job %s: %s", job->record.id,
+              job->record.problem.message);
+}
+
 static bool load_job(void *context, const struct job_record *record, struct error *err)
 {
     struct jobs *jobs = context;
@@ -547,6 +559,8 @@ static bool load_job(void *context, const struct job_record *record, struct erro
     job->record = *record;
     job->record.request = job->record.chosen = NULL;
     farm_job_set_chosen(job, record->chosen ? strdup(record->chosen) : NULL);
+    if (!farm_job_has_ended(job) && !farm_job_has_resources(jobs, job, &problem))
+        pause_without(jobs, job, &problem);
     pthread_mutex_lock(&jobs->mutex);
     bool is_good = make_room(jobs, job, err) && job_order_resolve(jobs, job, true, err);
     if (is_good)

@@ -114,6 +114,11 @@ void jobs_unwatch(struct job_watch *watch); /* afterwards notify is not called; 
  * want of memory. */
 MUST_CHECK json_t *jobs_changes(struct jobs *jobs, const char *id, uint32_t sequence);
 
+/* Removes a scene or an environment map. Unless is_forced, ERROR_CONFLICT names a job that needs it
+ * and has not ended. */
+MUST_CHECK bool jobs_remove_resource(struct jobs *jobs, enum resource_kind kind, const char *id,
+                                     bool is_forced, struct error *err);
+
 struct jobs_totals {
     uint64_t by_state[FARM_JOB_STATE_COUNT]; /* queued: those that wait for no other */
     uint64_t waiting;

@@ -134,6 +134,10 @@ void farm_job_destroy(struct farm_job *job); /* accepts NULL */
 /* Lets a job begin where the least served of the others are. */
 void jobs_join_queue(struct jobs *jobs, struct farm_job *job);
 
+/* Whether the scenes and the map that it shows are there; ERROR_NOT_FOUND names what is missing. */
+MUST_CHECK bool farm_job_has_resources(const struct jobs *jobs, const struct farm_job *job,
+                                       struct error *err);
+
 /* ---- the order between jobs: job_order.c ---- */
 
 /* Whether it has not begun, and waits for others. */

@@ -8,6 +8,7 @@
 #include "protocol/json_read.h"
 #include "protocol/limits.h"
 #include "protocol/scene_summary.h"
+#include "server/routes/route_query.h"
 #include "server/routes/text_body.h"
 
 /* ---- posts ---- */
@@ -238,6 +239,18 @@ void resource_reply_summary(struct service *service, struct http_exchange *excha
     json_t *summary =
         resource_store_get_summary(resources_store(&service->resources, kind), id, &problem);
     resource_reply(exchange, id, summary, &problem);
+}
+
+bool resource_delete(struct service *service, struct http_exchange *exchange,
+                     enum resource_kind kind, const char *id)
+{
+    struct error problem = {0};
+    bool is_forced = false;
+    if (query_flag(exchange, "force", &is_forced, &problem) &&
+        jobs_remove_resource(service->jobs, kind, id, is_forced, &problem))
+        return true;
+    http_reply_error(exchange, &problem);
+    return false;
 }
 
 /* {"name": TEXT or null} */

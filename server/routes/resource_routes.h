@@ -48,6 +48,9 @@ void resource_reply(struct http_exchange *exchange, const char *id, json_t *json
                     const struct error *problem);
 void resource_reply_summary(struct service *service, struct http_exchange *exchange,
                             enum resource_kind kind, const char *id);
+/* Removes it unless a job needs it (?force=true: all the same); false: the problem is answered. */
+MUST_CHECK bool resource_delete(struct service *service, struct http_exchange *exchange,
+                                enum resource_kind kind, const char *id);
 /* Renames by the body of text_body_open, and answers with the summary. */
 void resource_reply_patched(struct service *service, struct http_exchange *exchange,
                             enum resource_kind kind, const char *id);

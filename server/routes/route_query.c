@@ -35,13 +35,14 @@ bool query_int(const struct http_exchange *exchange, const char *name, int min, 
     return true;
 }
 
-bool query_forget(const struct http_exchange *exchange, bool *must_forget, struct error *err)
+bool query_flag(const struct http_exchange *exchange, const char *name, bool *is_true,
+                struct error *err)
 {
-    static const char *const known[] = {"forget", NULL};
-    const char *forget = http_request_query(exchange, "forget");
-    *must_forget = forget && strcmp(forget, "true") == 0;
+    const char *const known[] = {name, NULL};
+    const char *text = http_request_query(exchange, name);
+    *is_true = text && strcmp(text, "true") == 0;
     return http_request_check_query(exchange, known, err) &&
-           (!forget || *must_forget || strcmp(forget, "false") == 0 ||
-            error_set(err, ERROR_INVALID_REQUEST, "?forget=%.40s is neither true nor false",
-                      forget));
+           (!text || *is_true || strcmp(text, "false") == 0 ||
+            error_set(err, ERROR_INVALID_REQUEST, "?%s=%.40s is neither true nor false", name,
+                      text));
 }

@@ -12,8 +12,9 @@ MUST_CHECK bool query_number(const struct http_exchange *exchange, const char *n
 MUST_CHECK bool query_int(const struct http_exchange *exchange, const char *name, int min, int max,
                           int *out, struct error *err);
 
-/* The query of a DELETE that cancels, or with ?forget=true removes what has ended. */
-MUST_CHECK bool query_forget(const struct http_exchange *exchange, bool *must_forget,
-                             struct error *err);
+/* The query of a DELETE that does more with ?NAME=true, and knows no other member: "forget" what
+ * has ended instead of cancelling it, or "force". */
+MUST_CHECK bool query_flag(const struct http_exchange *exchange, const char *name, bool *is_true,
+                           struct error *err);
 
 #endif

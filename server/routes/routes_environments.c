@@ -44,11 +44,8 @@ static void run_patch(struct service *service, struct http_exchange *exchange, c
 
 static void run_delete(struct service *service, struct http_exchange *exchange, const char *id)
 {
-    struct error problem = {0};
-    if (!resource_store_remove(service->resources.environments, id, &problem)) {
-        http_reply_error(exchange, &problem);
+    if (!resource_delete(service, exchange, RESOURCE_ENVIRONMENT, id))
         return;
-    }
     supervisor_forget_environment(service->supervisor, id);
     http_reply_empty(exchange, 204);
 }

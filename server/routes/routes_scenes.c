@@ -110,11 +110,8 @@ static void run_patch(struct service *service, struct http_exchange *exchange, c
 
 static void run_delete(struct service *service, struct http_exchange *exchange, const char *id)
 {
-    struct error problem = {0};
-    if (!resource_store_remove(service->resources.scenes, id, &problem)) {
-        http_reply_error(exchange, &problem);
+    if (!resource_delete(service, exchange, RESOURCE_SCENE, id))
         return;
-    }
     supervisor_forget_scene(service->supervisor, id);
     tradeoffs_forget_scene(service->tradeoffs, id);
     http_reply_empty(exchange, 204);

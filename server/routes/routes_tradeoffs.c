@@ -145,7 +145,7 @@ static void run_delete(struct service *service, struct http_exchange *exchange, 
 {
     struct error problem = {0};
     bool must_forget = false;
-    bool is_good = query_forget(exchange, &must_forget, &problem) &&
+    bool is_good = query_flag(exchange, "forget", &must_forget, &problem) &&
                    (must_forget ? tradeoffs_forget(service->tradeoffs, id, &problem)
                                 : tradeoffs_cancel(service->tradeoffs, id, &problem));
     if (!is_good)

@@ -109,5 +109,24 @@ class JobClients(CliServiceTest):
                 client.job(job.id)
 
 
+class DeletingScenes(CliServiceTest):
+    command = ("delete",)
+
+    def test_a_scene_that_a_job_needs_is_deleted_by_force_only(self):
+        with vitrail.Client(self.url) as client:
+            scene = client.post_demo(name="needed")["id"]
+            job = client.create_job(scene, view={"width": 32, "height": 16}, paused=True)
+            with self.assertRaises(vitrail.VitrailError) as raised:
+                client.delete_scene(scene)
+            self.assertEqual("conflict", raised.exception.code)
+            self.assertIn(job.id, self.run_cli(scene, code=1))
+            self.run_cli(scene, "--force")
+            job.cancel()
+            client.post_demo()
+            job = client.create_job(scene, view={"width": 32, "height": 16}, paused=True)
+            client.delete_scene(scene, force=True)
+            job.cancel()
+
+
 if __name__ == "__main__":
     support.run_tests()

@@ -64,7 +64,7 @@ class JobOrder(JobTest):
         its_own = self.submit(scene, "1", after=[cancelled])
         runs = self.submit(scene, "1", after=[failing], after_failure="run")
         waits = self.submit(scene, "1", after=[failing], after_failure="wait")
-        self.daemon.request("DELETE", f"/v1/scenes/{self.job(failing)['scene']}")
+        self.daemon.request("DELETE", f"/v1/scenes/{self.job(failing)['scene']}?force=true")
         self.change(failing, paused=False)
         self.wait(failing, "failed")
         for job, other, words in ((cancelled, failing, "failed"),

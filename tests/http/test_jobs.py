@@ -335,7 +335,13 @@ class Jobs(JobTest):
         scene = self.daemon.push(moving("fake:slow=21"))
         job = self.submit(scene, "1-50")
         support.wait_until(lambda: self.job(job)["frames"]["done"] > 0, "frames are done")
-        self.daemon.request("DELETE", f"/v1/scenes/{scene}")
+        refused = self.daemon.request("DELETE", f"/v1/scenes/{scene}")
+        self.assertEqual((409, "conflict"), (refused.status, refused.code))
+        self.assertIn(f"needed by job {job}, which has not ended", refused.json()["detail"])
+        self.assertEqual(400, self.daemon.request(
+            "DELETE", f"/v1/scenes/{scene}?force=yes").status)
+        self.assertEqual(204, self.daemon.request(
+            "DELETE", f"/v1/scenes/{scene}?force=true").status)
         found = self.wait(job, "failed")
         self.assertIn("no scene", found["failures"][0]["problem"]["detail"])
         self.assertEqual(1, found["failures"][0]["attempts"])

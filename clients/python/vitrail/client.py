@@ -137,8 +137,10 @@ class Client:
         """Gives a scene a name, or takes it away with None; answers the summary."""
         return self.send("PATCH", f"/v1/scenes/{scene}", {"name": name}).json()
 
-    def delete_scene(self, scene: str) -> None:
-        self.connection.request("DELETE", f"/v1/scenes/{scene}")
+    def delete_scene(self, scene: str, *, force: bool = False) -> None:
+        """force: also one that a job needs which has not ended; its frames fail."""
+        self.connection.request("DELETE",
+                                f"/v1/scenes/{scene}{query_of(force='true' if force else None)}")
 
     # ---- environment maps: light from all around ----
 
@@ -168,8 +170,10 @@ class Client:
         """Gives a map a name, or takes it away with None; answers the summary."""
         return self.send("PATCH", f"/v1/environments/{environment}", {"name": name}).json()
 
-    def delete_environment(self, environment: str) -> None:
-        self.connection.request("DELETE", f"/v1/environments/{environment}")
+    def delete_environment(self, environment: str, *, force: bool = False) -> None:
+        """force: as of delete_scene."""
+        query = query_of(force="true" if force else None)
+        self.connection.request("DELETE", f"/v1/environments/{environment}{query}")
 
     # ---- images ----
 
