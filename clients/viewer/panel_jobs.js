@@ -190,6 +190,7 @@ export class JobsPanel {
     return el("div", { class: "job-details" },
       file && el("img", { src: file.href, alt: `Frame ${frame.frame}`, loading: "lazy" }),
       job.problem && el("p", { class: "job-problem" }, job.problem.detail),
+      job.expires && el("p", { class: "fine" }, `Kept until ${new Date(job.expires).toLocaleDateString()}`),
       job.failures.slice(0, SHOWN_FAILURES).map(({ frame: number, attempts, problem }) =>
         el("p", { class: "job-problem" }, `Frame ${number}, ${attempts} attempts: ${problem.detail}`)),
       job.frames.done > 0 && el("a", { href: `/v1/jobs/${job.id}/results.tar`, download: "" },

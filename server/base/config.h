@@ -13,7 +13,7 @@
 #include "protocol/error.h"
 #include "server/base/log.h"
 
-enum { CONFIG_PATH_BYTES = 4096, CONFIG_TEXT_BYTES = 512, CONFIG_KEYS_MAX = 32 };
+enum { CONFIG_PATH_BYTES = 4096, CONFIG_TEXT_BYTES = 512, CONFIG_KEYS_MAX = 48 };
 
 /* Scenes that wait to be warmed up; above it the least wanted one is dropped. */
 enum { WARM_UPS_MAX = 4 };
@@ -45,6 +45,8 @@ struct config {
     char allow_origin[CONFIG_TEXT_BYTES]; /* comma-separated origins whose pages may use the API */
     char state_dir[CONFIG_PATH_BYTES];
     char job_dir[CONFIG_PATH_BYTES]; /* below which jobs may write their results; "" = nowhere */
+    int job_retention_days;          /* jobs that ended are forgotten so long after; 0: never */
+    uint64_t job_results_bytes;      /* of all jobs in the state directory; 0: no limit */
     uint64_t cache_bytes;            /* of scenes mapped by the worker */
     uint64_t gpu_budget_bytes;       /* 0 = a share of what there is */
     uint64_t texture_budget_bytes;   /* 0 = half of the GPU's */

@@ -96,7 +96,7 @@ static json_t *problem_to_json(const struct farm_job *job)
                                        : problem_to_object(problem->code, problem->message);
 }
 
-json_t *farm_job_to_json(const struct farm_job *job, bool is_whole)
+json_t *farm_job_to_json(const struct jobs *jobs, const struct farm_job *job, bool is_whole)
 {
     const struct job_record *record = &job->record;
     size_t count = job->request.frames.count;
@@ -113,6 +113,7 @@ json_t *farm_job_to_json(const struct farm_job *job, bool is_whole)
     json_put(&writer, "created", json_time(record->created_s));
     json_put(&writer, "started", json_time(record->started_s));
     json_put(&writer, "ended", json_time(record->ended_s));
+    json_put(&writer, "expires", json_time(jobs_expire_s(jobs, job)));
     json_put(&writer, "frames", counts_to_json(job));
     json_put_number(&writer, "progress",
                     (double)(job->done_count + job->failed_count) / (double)count);

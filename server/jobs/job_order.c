@@ -20,7 +20,7 @@ static int compare_numbers(const void *key, const void *element)
     return (number > (*job)->record.number) - (number < (*job)->record.number);
 }
 
-static const struct farm_job *find_number(const struct jobs *jobs, int64_t number)
+static struct farm_job *find_number(const struct jobs *jobs, int64_t number)
 {
     struct farm_job **found = jobs->count > 0 ? bsearch(&number, jobs->list, (size_t)jobs->count,
                                                         sizeof jobs->list[0], compare_numbers)
@@ -62,7 +62,7 @@ static void find_unmet(const struct jobs *jobs, struct farm_job *job)
 bool job_order_resolve(struct jobs *jobs, struct farm_job *job, bool is_kept, struct error *err)
 {
     for (int i = 0; i < job->request.after_count; i++) {
-        const struct farm_job *other = jobs_find(jobs, job->request.after[i]);
+        struct farm_job *other = jobs_find(jobs, job->request.after[i]);
         char pointer[32];
         snprintf(pointer, sizeof pointer, "/after/%d", i);
         if (!other && !is_kept)
@@ -70,6 +70,8 @@ bool job_order_resolve(struct jobs *jobs, struct farm_job *job, bool is_kept, st
                                 "%s: there is no job '%s' to wait for, or it was forgotten",
                                 pointer, job->request.after[i]);
         job->after[i] = other ? other->record.number : 0;
+        if (other)
+            other->is_awaited = true;
     }
     find_unmet(jobs, job);
     return true;
@@ -81,10 +83,25 @@ static bool must_cancel(const struct farm_job *job)
            job->request.after_failure == JOB_AFTER_FAILURE_CANCEL;
 }
 
+static void find_awaited(struct jobs *jobs)
+{
+    for (int i = 0; i < jobs->count; i++)
+        jobs->list[i]->is_awaited = false;
+    for (int i = 0; i < jobs->count; i++) {
+        const struct farm_job *job = jobs->list[i];
+        for (int k = 0; k < job->request.after_count; k++) {
+            struct farm_job *other = find_number(jobs, job->after[k]);
+            if (other)
+                other->is_awaited |= job->record.state == FARM_JOB_QUEUED;
+        }
+    }
+}
+
 bool job_order_update(struct jobs *jobs)
 {
     bool is_any_broken = false;
     jobs->order_is_stale = false;
+    find_awaited(jobs);
     for (int i = 0; i < jobs->count; i++) {
         struct farm_job *job = jobs->list[i];
         if (job->request.after_count == 0 || job->record.state != FARM_JOB_QUEUED)

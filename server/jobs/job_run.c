@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* The thread of the jobs: submits renders, publishes what they made, and answers who waits. */
+#include <errno.h>
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -231,7 +233,11 @@ static bool publish(struct jobs *jobs, const struct job_piece *piece, struct fil
                   job->request.frames.numbers[piece->position], name);
     file->position = piece->position;
     file->output = piece->output;
-    return job_results_put(jobs->results, &place, name, piece->image_fd, &file->size_bytes,
+    struct stat image;
+    if (fstat(piece->image_fd, &image) != 0)
+        return error_set(err, ERROR_IO, "reading a picture: %s", strerror(errno));
+    return jobs_make_room_for(jobs, job, (uint64_t)image.st_size, err) &&
+           job_results_put(jobs->results, &place, name, piece->image_fd, &file->size_bytes,
                            file->digest, err);
 }
 
@@ -277,9 +283,7 @@ static void end_if_complete(struct jobs *jobs, struct farm_job *job)
     size_t ended = (size_t)(job->done_count + job->failed_count);
     if (farm_job_has_ended(job) || ended < job->request.frames.count)
         return;
-    job->record.state = job->failed_count > 0 ? FARM_JOB_FAILED : FARM_JOB_DONE;
-    job->record.ended_s = time(NULL);
-    jobs->order_is_stale = true;
+    jobs_note_end(jobs, job, job->failed_count > 0 ? FARM_JOB_FAILED : FARM_JOB_DONE);
     if (job->failed_count > 0) {
         job->record.problem = (struct error){0};
         error_set(&job->record.problem, ERROR_RENDER_FAILED, "%d of %zu frames failed",
@@ -339,7 +343,7 @@ static void settle_frame(struct jobs *jobs, struct job_piece *piece, enum verdic
         frame->sequence = job->record.sequence + 1;
         if (job->record.state == FARM_JOB_QUEUED) {
             job->record.state = FARM_JOB_RUNNING;
-            job->record.started_s = time(NULL);
+            job->record.started_s = farm_job_now_s(job);
         }
         end_if_complete(jobs, job);
         jobs_note_change(jobs, job);
@@ -440,16 +444,12 @@ static void settle(struct jobs *jobs, struct job_piece *piece)
 /* Under the mutex. */
 static void sleep_until_news(struct jobs *jobs)
 {
-    int64_t now = now_ms(), until = INT64_MAX;
-    if (jobs->resume_ms > now)
+    int64_t now = now_ms(), until = jobs->look_ms;
+    if (jobs->resume_ms > now && jobs->resume_ms < until)
         until = jobs->resume_ms;
     for (const struct waiting *waiting = jobs->waiting; waiting; waiting = waiting->next)
         if (waiting->due_ms < until)
             until = waiting->due_ms;
-    if (until == INT64_MAX) {
-        pthread_cond_wait(&jobs->changed, &jobs->mutex);
-        return;
-    }
     const struct timespec when = {.tv_sec = until / 1000, .tv_nsec = until % 1000 * 1000000};
     pthread_cond_timedwait(&jobs->changed, &jobs->mutex, &when);
 }
@@ -473,13 +473,14 @@ void *jobs_thread(void *argument)
     for (int i = 0; i < jobs->count; i++) /* a daemon may have ended before it was written down */
         end_if_complete(jobs, jobs->list[i]);
     while (!jobs->is_stopping) {
+        bool must_look = now_ms() >= jobs->look_ms;
         bool must_cancel = jobs->order_is_stale && job_order_update(jobs);
         struct waiting *due = jobs_take_due(jobs);
         struct job_piece *ended = jobs->ended;
         struct job_piece *begun = take_piece(jobs);
         if (ended)
             jobs->ended = ended->next;
-        if (!due && !ended && !begun && !must_cancel) {
+        if (!due && !ended && !begun && !must_cancel && !must_look) {
             sleep_until_news(jobs);
             continue;
         }
@@ -487,6 +488,8 @@ void *jobs_thread(void *argument)
         jobs_answer(due);
         if (must_cancel)
             job_order_cancel_broken(jobs);
+        if (must_look)
+            jobs_retain(jobs);
         if (begun) /* first: the worker has work while results are brought to the disk */
             submit(jobs, begun);
         if (ended)

@@ -9,7 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { APPLICATION_ID = 0x56746a62 /* "Vtjb" */, VERSION = 2, PATH_BYTES = 4096 + 64 };
+enum { APPLICATION_ID = 0x56746a62 /* "Vtjb" */, VERSION = 3, PATH_BYTES = 4096 + 64 };
 
 struct job_store {
     const struct log *log;
@@ -22,18 +22,21 @@ static const char schema[] =
     " created_s INTEGER NOT NULL, started_s INTEGER NOT NULL, ended_s INTEGER NOT NULL,"
     " state INTEGER NOT NULL, is_paused INTEGER NOT NULL, priority INTEGER NOT NULL,"
     " sequence INTEGER NOT NULL, code TEXT, problem TEXT, request TEXT NOT NULL,"
-    " key TEXT UNIQUE, body TEXT NOT NULL, chosen TEXT) STRICT;"
+    " key TEXT UNIQUE, body TEXT NOT NULL, chosen TEXT, ended_ms INTEGER NOT NULL) STRICT;"
     "CREATE TABLE frame(job INTEGER NOT NULL REFERENCES job(number) ON DELETE CASCADE,"
     " position INTEGER NOT NULL, state INTEGER NOT NULL, attempts INTEGER NOT NULL,"
     " sequence INTEGER NOT NULL, ms REAL NOT NULL, code TEXT, problem TEXT,"
     " PRIMARY KEY(job, position)) STRICT, WITHOUT ROWID;"
     "CREATE TABLE file(job INTEGER NOT NULL REFERENCES job(number) ON DELETE CASCADE,"
     " position INTEGER NOT NULL, output INTEGER NOT NULL, size_bytes INTEGER NOT NULL,"
-    " digest TEXT NOT NULL, PRIMARY KEY(job, position, output)) STRICT, WITHOUT ROWID;";
+    " digest TEXT NOT NULL, PRIMARY KEY(job, position, output)) STRICT, WITHOUT ROWID;"
+    "CREATE TABLE clock(ran_ms INTEGER NOT NULL) STRICT; INSERT INTO clock VALUES(0);";
 
 /* From each version to the next one. */
 static const char *const migrations[VERSION] = {
     [1] = "ALTER TABLE job ADD COLUMN chosen TEXT;",
+    [2] = "ALTER TABLE job ADD COLUMN ended_ms INTEGER NOT NULL DEFAULT 0;"
+          "CREATE TABLE clock(ran_ms INTEGER NOT NULL) STRICT; INSERT INTO clock VALUES(0);",
 };
 
 /* ---- statements ---- */
@@ -235,7 +238,8 @@ static void read_job(sqlite3_stmt *row, struct job_record *job)
         .priority = sqlite3_column_int(row, 7),
         .sequence = (uint32_t)sqlite3_column_int64(row, 8),
         .request = text_of(row, 11),
-        .chosen = *text_of(row, 12) ? text_of(row, 12) : NULL};
+        .chosen = *text_of(row, 12) ? text_of(row, 12) : NULL,
+        .ended_ms = sqlite3_column_int64(row, 13)};
     snprintf(job->id, sizeof job->id, "%s", text_of(row, 1));
     if (*text_of(row, 9))
         error_set(&job->problem, error_code_from_name(text_of(row, 9)), "%s", text_of(row, 10));
@@ -277,7 +281,7 @@ bool job_store_load(struct job_store *store, const struct job_visitor *visitor, 
 {
     static const char all_jobs[] =
         "SELECT number, id, created_s, started_s, ended_s, state, is_paused, priority, sequence,"
-        " code, problem, request, chosen FROM job ORDER BY number";
+        " code, problem, request, chosen, ended_ms FROM job ORDER BY number";
     static const char its_frames[] =
         "SELECT position, state, attempts, ms, code, problem, sequence FROM frame WHERE job=?";
     static const char its_files[] =
@@ -338,7 +342,7 @@ static bool update_job(struct job_store *store, const struct job_record *job, st
     sqlite3_stmt *statement =
         prepare(store,
                 "UPDATE job SET started_s=?, ended_s=?, state=?, is_paused=?, priority=?,"
-                " sequence=?, code=?, problem=?, chosen=? WHERE number=?",
+                " sequence=?, code=?, problem=?, chosen=?, ended_ms=? WHERE number=?",
                 err);
     if (statement) {
         sqlite3_bind_int64(statement, 1, job->started_s);
@@ -349,7 +353,8 @@ static bool update_job(struct job_store *store, const struct job_record *job, st
         sqlite3_bind_int64(statement, 6, job->sequence);
         bind_problem(statement, 7, job->problem.code, job->problem.message);
         bind_text(statement, 9, job->chosen);
-        sqlite3_bind_int64(statement, 10, job->number);
+        sqlite3_bind_int64(statement, 10, job->ended_ms);
+        sqlite3_bind_int64(statement, 11, job->number);
     }
     return finish(store, statement, "saving a job", err);
 }
@@ -382,11 +387,11 @@ bool job_store_update(struct job_store *store, const struct job_record *job, boo
 bool job_store_add(struct job_store *store, struct job_record *job, const char *key,
                    const char *body, struct error *err)
 {
-    sqlite3_stmt *statement =
-        prepare(store,
-                "INSERT INTO job(id, created_s, started_s, ended_s, state, is_paused, priority,"
-                " sequence, request, key, body) VALUES(?, ?, 0, 0, ?, ?, ?, ?, ?, ?, ?)",
-                err);
+    sqlite3_stmt *statement = prepare(
+        store,
+        "INSERT INTO job(id, created_s, started_s, ended_s, state, is_paused, priority,"
+        " sequence, request, key, body, ended_ms) VALUES(?, ?, 0, 0, ?, ?, ?, ?, ?, ?, ?, 0)",
+        err);
     if (statement) {
         bind_text(statement, 1, job->id);
         sqlite3_bind_int64(statement, 2, job->created_s);
@@ -458,4 +463,22 @@ bool job_store_remove(struct job_store *store, int64_t number, struct error *err
     if (statement)
         sqlite3_bind_int64(statement, 1, number);
     return finish(store, statement, "removing a job", err);
+}
+
+/* ---- the time that the server ran ---- */
+
+bool job_store_get_ran_ms(struct job_store *store, int64_t *ran_ms, struct error *err)
+{
+    return read_integer(store,
+                        "SELECT max((SELECT max(ran_ms) FROM clock),"
+                        " (SELECT coalesce(max(ended_ms), 0) FROM job))",
+                        ran_ms, err);
+}
+
+bool job_store_set_ran_ms(struct job_store *store, int64_t ran_ms, struct error *err)
+{
+    sqlite3_stmt *statement = prepare(store, "UPDATE clock SET ran_ms=?", err);
+    if (statement)
+        sqlite3_bind_int64(statement, 1, ran_ms);
+    return finish(store, statement, "saving the time that the server ran", err);
 }

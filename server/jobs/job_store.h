@@ -35,6 +35,7 @@ struct job_record {
     int64_t number; /* of the database, from 1, never twice: the order of jobs; 0: not there yet */
     char id[JOB_ID_BYTES];
     int64_t created_s, started_s, ended_s; /* since 1970; 0: not yet */
+    int64_t ended_ms; /* when it ended, in time that servers ran (job_clock.c); 0: not yet */
     enum farm_job_state state;
     bool is_paused;
     int priority;
@@ -97,6 +98,9 @@ MUST_CHECK bool job_store_put_frame(struct job_store *store, int64_t number,
                                     const struct frame_record *frame,
                                     const struct file_record *file, const struct job_record *job,
                                     struct error *err);
+/* The time that servers with this database ran, as far as it is known. */
+MUST_CHECK bool job_store_get_ran_ms(struct job_store *store, int64_t *ran_ms, struct error *err);
+MUST_CHECK bool job_store_set_ran_ms(struct job_store *store, int64_t ran_ms, struct error *err);
 MUST_CHECK bool job_store_remove(struct job_store *store, int64_t number, struct error *err);
 
 #endif

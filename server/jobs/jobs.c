@@ -219,9 +219,7 @@ static bool apply_cancel(struct jobs *jobs, struct farm_job *job, void *context,
         return true;
     if (cancelling->must_be_broken)
         job->record.problem = job->broken_why;
-    job->record.state = FARM_JOB_CANCELLED;
-    job->record.ended_s = time(NULL);
-    jobs->order_is_stale = true;
+    jobs_note_end(jobs, job, FARM_JOB_CANCELLED);
     for (int i = 0; i < JOB_PIECES_MAX; i++)
         if (jobs->in_flight[i] && jobs->in_flight[i]->job == job)
             cancelling->tickets[i] = jobs->in_flight[i]->ticket;
@@ -256,7 +254,7 @@ static bool retry_failed(struct jobs *jobs, struct farm_job *job, struct error *
         farm_job_set_frame(job, i, FARM_FRAME_QUEUED);
     }
     job->record.state = job->record.started_s ? FARM_JOB_RUNNING : FARM_JOB_QUEUED;
-    job->record.ended_s = 0;
+    job->record.ended_s = job->record.ended_ms = 0;
     job->record.problem = (struct error){0};
     jobs->order_is_stale = true;
     jobs_join_queue(jobs, job);
@@ -290,35 +288,41 @@ bool jobs_change(struct jobs *jobs, const char *id, const struct job_change *ask
     return change(jobs, id, &copy, apply_change, asked->retries, err);
 }
 
+bool jobs_forget_ended(struct jobs *jobs, struct farm_job *job, enum forget_reason reason,
+                       struct error *err)
+{
+    if (!job_store_remove(jobs->store, job->record.number, err))
+        return false;
+    job_results_remove(jobs->results, job->record.id);
+    pthread_mutex_lock(&jobs->mutex);
+    int index = 0;
+    while (jobs->list[index] != job)
+        index++;
+    jobs->count--;
+    memmove(&jobs->list[index], &jobs->list[index + 1],
+            (size_t)(jobs->count - index) * sizeof jobs->list[0]);
+    jobs->frames_kept -= job->request.frames.count;
+    jobs->totals.forgotten[reason]++;
+    jobs_notify_watches(jobs, job->record.id);
+    pthread_cond_broadcast(&jobs->changed);
+    job->is_gone = true;
+    if (job->pieces == 0)
+        farm_job_destroy(job);
+    pthread_mutex_unlock(&jobs->mutex);
+    return true;
+}
+
 bool jobs_forget(struct jobs *jobs, const char *id, struct error *err)
 {
-    struct farm_job *job = NULL;
     pthread_mutex_lock(&jobs->disk);
     pthread_mutex_lock(&jobs->mutex);
-    job = jobs_find(jobs, id);
+    struct farm_job *job = jobs_find(jobs, id);
     bool is_good = job || jobs_not_found(id, err);
     if (is_good && !farm_job_has_ended(job))
         is_good = error_set(err, ERROR_CONFLICT, "job '%s' has not ended: cancel it first", id);
     is_good = is_good && job_order_may_forget(jobs, job, err);
     pthread_mutex_unlock(&jobs->mutex);
-    is_good = is_good && job_store_remove(jobs->store, job->record.number, err);
-    if (is_good) {
-        job_results_remove(jobs->results, job->record.id);
-        pthread_mutex_lock(&jobs->mutex);
-        int index = 0;
-        while (jobs->list[index] != job)
-            index++;
-        jobs->count--;
-        memmove(&jobs->list[index], &jobs->list[index + 1],
-                (size_t)(jobs->count - index) * sizeof jobs->list[0]);
-        jobs->frames_kept -= job->request.frames.count;
-        jobs_notify_watches(jobs, id);
-        pthread_cond_broadcast(&jobs->changed);
-        job->is_gone = true;
-        if (job->pieces == 0)
-            farm_job_destroy(job);
-        pthread_mutex_unlock(&jobs->mutex);
-    }
+    is_good = is_good && jobs_forget_ended(jobs, job, FORGET_ASKED, err);
     pthread_mutex_unlock(&jobs->disk);
     return is_good;
 }
@@ -330,7 +334,7 @@ json_t *jobs_get(struct jobs *jobs, const char *id, struct error *err)
     json_t *json = NULL;
     pthread_mutex_lock(&jobs->mutex);
     struct farm_job *job = jobs_find(jobs, id);
-    if (job && !(json = farm_job_to_json(job, true)))
+    if (job && !(json = farm_job_to_json(jobs, job, true)))
         error_set(err, ERROR_NO_MEMORY, "job");
     pthread_mutex_unlock(&jobs->mutex);
     if (!job)
@@ -344,7 +348,7 @@ json_t *jobs_list(struct jobs *jobs, struct error *err)
     bool is_good = list;
     pthread_mutex_lock(&jobs->mutex);
     for (int i = jobs->count; is_good && i-- > 0;)
-        is_good = json_array_append_new(list, farm_job_to_json(jobs->list[i], false)) == 0;
+        is_good = json_array_append_new(list, farm_job_to_json(jobs, jobs->list[i], false)) == 0;
     pthread_mutex_unlock(&jobs->mutex);
     if (is_good)
         return list;
@@ -411,7 +415,7 @@ json_t *jobs_changes(struct jobs *jobs, const char *id, uint32_t sequence)
         for (size_t i = 0; i < shown; i++)
             json_array_append_new(list, farm_frame_to_json(job, (int)(keys[i] & 0xffffffff)));
         changes = json_pack("{s:I,s:O,s:o}", "sequence", (json_int_t)last, "frames", list, "job",
-                            farm_job_to_json(job, false));
+                            farm_job_to_json(jobs, job, false));
     }
     pthread_mutex_unlock(&jobs->mutex);
     free(keys);
@@ -527,6 +531,7 @@ struct jobs_totals jobs_get_totals(struct jobs *jobs)
             totals.frames_waiting +=
                 job->request.frames.count - (size_t)(job->done_count + job->failed_count);
         totals.result_bytes += job->result_bytes;
+        totals.kept_bytes += *job->request.directory ? 0 : job->result_bytes;
     }
     pthread_mutex_unlock(&jobs->mutex);
     return totals;
@@ -629,7 +634,9 @@ static bool begin(struct jobs *jobs, struct error *err)
     snprintf(folder, sizeof folder, "%s/jobs", jobs->desc.config->state_dir);
     jobs->results = job_results_create(folder, jobs->desc.config->job_dir, err);
     jobs->store = jobs->results ? job_store_create(folder, jobs->desc.log, err) : NULL;
-    if (!jobs->store || !job_store_load(jobs->store, &visitor, err))
+    jobs->began_ms = now_ms();
+    if (!jobs->store || !job_store_get_ran_ms(jobs->store, &jobs->ran_before_ms, err) ||
+        !job_store_load(jobs->store, &visitor, err))
         return false;
     jobs->has_thread = pthread_create(&jobs->thread, NULL, jobs_thread, jobs) == 0;
     return jobs->has_thread || error_set(err, ERROR_INTERNAL, "jobs: no thread");
@@ -666,6 +673,11 @@ void jobs_stop(struct jobs *jobs)
     pthread_cond_broadcast(&jobs->changed);
     pthread_mutex_unlock(&jobs->mutex);
     pthread_join(jobs->thread, NULL);
+    struct error ignored = {0}; /* then the time since it was last saved does not count */
+    pthread_mutex_lock(&jobs->disk);
+    if (!job_store_set_ran_ms(jobs->store, jobs_ran_ms(jobs), &ignored))
+        log_write(jobs->desc.log, LOG_WARNING, "%s", ignored.message);
+    pthread_mutex_unlock(&jobs->disk);
     jobs->has_thread = false;
 }
 

@@ -119,11 +119,15 @@ MUST_CHECK json_t *jobs_changes(struct jobs *jobs, const char *id, uint32_t sequ
 MUST_CHECK bool jobs_remove_resource(struct jobs *jobs, enum resource_kind kind, const char *id,
                                      bool is_forced, struct error *err);
 
+enum forget_reason { FORGET_ASKED, FORGET_AGE, FORGET_BYTES, FORGET_REASON_COUNT };
+
 struct jobs_totals {
     uint64_t by_state[FARM_JOB_STATE_COUNT]; /* queued: those that wait for no other */
     uint64_t waiting;
     uint64_t frames_done, frames_failed, frames_retried; /* since the daemon began */
+    uint64_t forgotten[FORGET_REASON_COUNT];             /* likewise */
     uint64_t frames_waiting, result_bytes;
+    uint64_t kept_bytes; /* of result_bytes, those in the state directory */
 };
 struct jobs_totals jobs_get_totals(struct jobs *jobs);
 

@@ -50,6 +50,7 @@ struct farm_job {
     /* Bit sets of 1u << index of those: that have not ended well yet; and of these, that have ended
      * badly or are not there. Kept by job_order_update. */
     uint32_t unmet, broken;
+    bool is_awaited;         /* a job that has not begun is to come after it, or was lately */
     struct error broken_why; /* of the first that is broken */
 };
 
@@ -101,7 +102,9 @@ struct jobs {
     uint64_t frames_kept;
     struct job_piece *in_flight[JOB_PIECES_MAX]; /* NULL: room */
     struct job_piece *ended;
-    int64_t resume_ms;   /* nothing is submitted before: the worker cannot take more */
+    int64_t resume_ms;               /* nothing is submitted before: the worker cannot take more */
+    int64_t ran_before_ms, began_ms; /* time that servers ran before; when this one began */
+    int64_t look_ms;     /* when jobs that are kept long enough are looked for again; 0: now */
     bool order_is_stale; /* a job has ended or begun anew, so that others may go on */
     uint64_t next_ticket;
     struct waiting *waiting;
@@ -138,6 +141,27 @@ void jobs_join_queue(struct jobs *jobs, struct farm_job *job);
 MUST_CHECK bool farm_job_has_resources(const struct jobs *jobs, const struct farm_job *job,
                                        struct error *err);
 
+/* ---- clocks and keeping: job_retention.c ---- */
+
+/* The time that servers with this state directory ran, by a clock that does not jump. */
+int64_t jobs_ran_ms(const struct jobs *jobs);
+/* The system's time for a job to state: it may jump, but no earlier than what the job states. */
+int64_t farm_job_now_s(const struct farm_job *job);
+/* The job has that state, in which it has ended. */
+void jobs_note_end(struct jobs *jobs, struct farm_job *job, enum farm_job_state state);
+/* When it is forgotten for its age, by the system's clock; 0: never, or not yet known. */
+int64_t jobs_expire_s(const struct jobs *jobs, const struct farm_job *job);
+/* Forgets what is kept long enough or too much, and notes when to look again. Not under the mutex.
+ */
+void jobs_retain(struct jobs *jobs);
+/* Makes room for a result of the job, with the disk locked. ERROR_TOO_LARGE: jobs that have not
+ * ended fill what may be kept. */
+MUST_CHECK bool jobs_make_room_for(struct jobs *jobs, const struct farm_job *job,
+                                   uint64_t size_bytes, struct error *err);
+/* Forgets a job that has ended, with the disk locked. */
+MUST_CHECK bool jobs_forget_ended(struct jobs *jobs, struct farm_job *job,
+                                  enum forget_reason reason, struct error *err);
+
 /* ---- the order between jobs: job_order.c ---- */
 
 /* Whether it has not begun, and waits for others. */
@@ -158,7 +182,7 @@ MUST_CHECK bool job_order_may_forget(const struct jobs *jobs, const struct farm_
 MUST_CHECK bool jobs_cancel_broken(struct jobs *jobs, const char *id, struct error *err);
 
 /* New references, NULL: no memory. */
-json_t *farm_job_to_json(const struct farm_job *job, bool is_whole);
+json_t *farm_job_to_json(const struct jobs *jobs, const struct farm_job *job, bool is_whole);
 json_t *farm_frame_to_json(const struct farm_job *job, int position);
 
 /* From the text of a client, or, is_kept, of the store, where the scene may be gone. NULL with err.

@@ -151,14 +151,18 @@ static json_t *views_json(const struct service *service)
 static json_t *jobs_json(const struct service *service)
 {
     const struct jobs_totals jobs = jobs_get_totals(service->jobs);
+    uint64_t forgotten = 0;
+    for (int i = 0; i < FORGET_REASON_COUNT; i++)
+        forgotten += jobs.forgotten[i];
     return json_pack(
-        "{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "waiting", integer(jobs.waiting), "queued",
-        integer(jobs.by_state[FARM_JOB_QUEUED]), "running",
+        "{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "waiting", integer(jobs.waiting),
+        "queued", integer(jobs.by_state[FARM_JOB_QUEUED]), "running",
         integer(jobs.by_state[FARM_JOB_RUNNING]), "done", integer(jobs.by_state[FARM_JOB_DONE]),
         "failed", integer(jobs.by_state[FARM_JOB_FAILED]), "cancelled",
         integer(jobs.by_state[FARM_JOB_CANCELLED]), "frames_waiting", integer(jobs.frames_waiting),
         "frames_done", integer(jobs.frames_done), "frames_failed", integer(jobs.frames_failed),
-        "frames_retried", integer(jobs.frames_retried), "result_bytes", integer(jobs.result_bytes));
+        "frames_retried", integer(jobs.frames_retried), "result_bytes", integer(jobs.result_bytes),
+        "kept_bytes", integer(jobs.kept_bytes), "forgotten", integer(forgotten));
 }
 
 static void run_stats(struct service *service, struct http_exchange *exchange, const char *id)
@@ -211,13 +215,14 @@ static void reply_metrics(struct http_exchange *exchange, const char *text)
         http_reply_error(exchange, &(struct error){ERROR_NO_MEMORY, "metrics", ""});
 }
 
-enum { MORE_GAUGES = 12 };
+enum { MORE_GAUGES = 16 };
 
 /* Of jobs and of the process. */
 static void put_more_gauges(const struct service *service, struct metrics_gauge gauges[MORE_GAUGES])
 {
     const struct jobs_totals j = jobs_get_totals(service->jobs);
-    const char *const jobs = "vitrail_jobs", *const job_frames = "vitrail_job_frames_total";
+    const char *const jobs = "vitrail_jobs", *const job_frames = "vitrail_job_frames_total",
+                      *const forgotten = "vitrail_jobs_forgotten_total";
     const struct metrics_gauge made[MORE_GAUGES] = {
         {jobs, "Jobs kept, by state.", false, "state=\"queued\"",
          (double)j.by_state[FARM_JOB_QUEUED]},
@@ -233,6 +238,12 @@ static void put_more_gauges(const struct service *service, struct metrics_gauge 
         {"vitrail_job_frames_waiting", "Frames of jobs that have not ended.", false, NULL,
          (double)j.frames_waiting},
         {"vitrail_job_result_bytes", "Files of jobs.", false, NULL, (double)j.result_bytes},
+        {"vitrail_job_results_kept_bytes", "Files of jobs in the state directory.", false, NULL,
+         (double)j.kept_bytes},
+        {forgotten, "Jobs that were forgotten, by reason.", true, "reason=\"asked\"",
+         (double)j.forgotten[FORGET_ASKED]},
+        {forgotten, "", true, "reason=\"age\"", (double)j.forgotten[FORGET_AGE]},
+        {forgotten, "", true, "reason=\"bytes\"", (double)j.forgotten[FORGET_BYTES]},
         {"process_resident_memory_bytes", "Resident memory of the front.", false, NULL,
          resident_bytes()},
     };

@@ -486,7 +486,9 @@ class Durability(JobTest):
                 job = daemon.request("POST", "/v1/jobs", body_of(scene)).json()["id"]
                 self.wait(job, daemon=daemon)
             connection = sqlite3.connect(database)
-            connection.executescript("ALTER TABLE job DROP COLUMN chosen; PRAGMA user_version=1;")
+            connection.executescript("ALTER TABLE job DROP COLUMN chosen;"
+                                     "ALTER TABLE job DROP COLUMN ended_ms; DROP TABLE clock;"
+                                     "PRAGMA user_version=1;")
             connection.close()
             with support.Daemon(state_dir=state) as daemon:
                 self.assertEqual("done", daemon.request("GET", f"/v1/jobs/{job}").json()["state"])
