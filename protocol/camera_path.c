@@ -8,6 +8,7 @@
  * cubics, too. */
 #include "protocol/camera_path.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -130,6 +131,7 @@ static double distance3(const double *a, const double *b)
 static void curve(const struct span *span, const double *const point[4], double out[3])
 {
     double step[3] = {0}, knot[4] = {0};
+    assert(point[1] && point[2]); /* the ends of the span */
     for (int k = 0; k < 3; k++) {
         if (point[k] && point[k + 1])
             step[k] = sqrt(distance3(point[k], point[k + 1])); /* |...|^alpha, eq. 3 */

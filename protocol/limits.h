@@ -9,6 +9,7 @@
 
 enum limits {
     LIMIT_IMAGE_SIDE_PX = 16384,            /* GL_MAX_TEXTURE_SIZE of the reference device */
+    LIMIT_PICTURE_SIDE_PX = 65536,          /* of a picture in tiles: pixels stay exact in f32 */
     LIMIT_SHADOW_RESOLUTION = 16384,        /* texels per side; same reason */
     LIMIT_REQUEST_JSON_BYTES = 32 << 20,    /* holds 65,536 lights written out in full */
     LIMIT_CANONICAL_JSON_BYTES = 256 << 20, /* such a body with all written out */

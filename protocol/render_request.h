@@ -227,6 +227,12 @@ struct request_edges {
     double hidden;   /* [0, 1]; default 0 */
 };
 
+/* A rectangle of the picture, px, its first row on top. */
+struct request_tile {
+    bool is_given;
+    int x, y, width, height; /* within the picture; sides [1, LIMIT_IMAGE_SIDE_PX] */
+};
+
 /* A horizontal plane that catches shadows. */
 struct request_ground_plane {
     bool is_given, has_height; /* without: just below the scene */
@@ -236,7 +242,8 @@ struct request_ground_plane {
 /* Made by render_request_parse or render_request_init_defaults; owns all its strings and arrays. */
 struct render_request {
     char scene[65];    /* 64 lowercase hexadecimal digits; "" until it is known */
-    int width, height; /* px, [1, 16384] */
+    int width, height; /* px, [1, LIMIT_IMAGE_SIDE_PX]; with a tile [1, LIMIT_PICTURE_SIDE_PX] */
+    struct request_tile tile; /* what of the picture is rendered; not of views */
     struct request_camera camera;
     struct request_light *lights; /* owned, in addition to those of the scene */
     size_t light_count;

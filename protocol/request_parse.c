@@ -383,8 +383,8 @@ static bool read_members(const struct json_node *root, struct render_request *re
     bool has_scene_lights = true;
     int mapping_index = 0, studio_index = 0;
     if (!request_read_scene(&scene, request->scene) ||
-        !json_read_int(&width, 1, LIMIT_IMAGE_SIDE_PX, &request->width) ||
-        !json_read_int(&height, 1, LIMIT_IMAGE_SIDE_PX, &request->height) ||
+        !json_read_int(&width, 1, LIMIT_PICTURE_SIDE_PX, &request->width) ||
+        !json_read_int(&height, 1, LIMIT_PICTURE_SIDE_PX, &request->height) ||
         !json_read_bool(&scene_lights, &has_scene_lights) ||
         !json_read_choice(&studio, &studios, &studio_index) ||
         !read_background(&background, request->background) || !read_exposure(&exposure, request) ||
@@ -395,6 +395,56 @@ static bool read_members(const struct json_node *root, struct render_request *re
     request->studio = (enum request_studio)studio_index;
     request->tone_mapping = (enum request_tone_mapping)mapping_index;
     return true;
+}
+
+static bool read_tile(const struct json_node *node, struct render_request *request)
+{
+    static const char *const known[] = {"x", "y", "width", "height", NULL};
+    struct request_tile *tile = &request->tile;
+    if (!node->value)
+        return true;
+    struct json_node x = json_member(node, "x"), y = json_member(node, "y");
+    struct json_node width = json_member(node, "width"), height = json_member(node, "height");
+    tile->is_given = true;
+    if (!json_expect_object(node, known) || !json_expect_present(&width) ||
+        !json_expect_present(&height) || !json_read_int(&x, 0, request->width - 1, &tile->x) ||
+        !json_read_int(&y, 0, request->height - 1, &tile->y) ||
+        !json_read_int(&width, 1, LIMIT_IMAGE_SIDE_PX, &tile->width) ||
+        !json_read_int(&height, 1, LIMIT_IMAGE_SIDE_PX, &tile->height))
+        return false;
+    if (tile->width > request->width - tile->x)
+        return json_refuse(&width, ERROR_INVALID_REQUEST,
+                           "but the picture has %d columns from x %d on", request->width - tile->x,
+                           tile->x);
+    if (tile->height > request->height - tile->y)
+        return json_refuse(&height, ERROR_INVALID_REQUEST,
+                           "but the picture has %d rows from y %d on", request->height - tile->y,
+                           tile->y);
+    return true;
+}
+
+/* What needs the whole picture in one piece. */
+static bool check_tile(const struct json_node *node, const struct render_request *request)
+{
+    if (!request->tile.is_given || (request->highlight.node_count == 0 && !request->edges.is_given))
+        return true;
+    return json_refuse(node, ERROR_UNSUPPORTED,
+                       "but %s are drawn over whole pictures: leave tile or them out",
+                       request->edges.is_given ? "edges" : "highlights");
+}
+
+/* Larger ones are rendered in tiles. */
+static bool check_size(const struct json_node *root, const struct render_request *request)
+{
+    struct json_node width = json_member(root, "width"), height = json_member(root, "height");
+    if (request->tile.is_given ||
+        (request->width <= LIMIT_IMAGE_SIDE_PX && request->height <= LIMIT_IMAGE_SIDE_PX))
+        return true;
+    return json_refuse(request->width > LIMIT_IMAGE_SIDE_PX ? &width : &height,
+                       ERROR_INVALID_REQUEST,
+                       "must be from 1 to %d; tiles of a picture of up to %d a side are rendered "
+                       "one by one, by tile",
+                       LIMIT_IMAGE_SIDE_PX, LIMIT_PICTURE_SIDE_PX);
 }
 
 static bool read_ground_plane(const struct json_node *node, struct request_ground_plane *plane)
@@ -411,12 +461,12 @@ static bool read_ground_plane(const struct json_node *node, struct request_groun
 
 /* Those of images first, then those that a view has, too. */
 static const char *const request_members[] = {
-    "output",      "outputs",      "format",      "quality_percent", "scene",
-    "width",       "height",       "camera",      "lights",          "scene_lights",
-    "overrides",   "parts",        "clip_planes", "animation",       "background",
-    "exposure_ev", "tone_mapping", "environment", "quality",         "highlight",
-    "edges",       "variant",      "studio",      "ground_plane",    NULL};
-enum { MEMBERS_OF_IMAGES = 4 };
+    "output",       "outputs",     "format",    "quality_percent", "tile",         "scene",
+    "width",        "height",      "camera",    "lights",          "scene_lights", "overrides",
+    "parts",        "clip_planes", "animation", "background",      "exposure_ev",  "tone_mapping",
+    "environment",  "quality",     "highlight", "edges",           "variant",      "studio",
+    "ground_plane", NULL};
+enum { MEMBERS_OF_IMAGES = 5 };
 
 const char *const *request_view_members(void)
 {
@@ -434,7 +484,7 @@ static bool read_request(const struct json_node *root, struct render_request *re
     struct json_node highlight = json_member(root, "highlight"), edges = json_member(root, "edges");
     struct json_node quality = json_member(root, "quality");
     struct json_node ground_plane = json_member(root, "ground_plane");
-    struct json_node parts = json_member(root, "parts");
+    struct json_node parts = json_member(root, "parts"), tile = json_member(root, "tile");
     return request_read_camera(&camera, &request->camera) &&
            request_read_lights(&lights, request) && request_read_overrides(&overrides, request) &&
            request_read_parts(&parts, request) && read_clip_planes(&clip_planes, request) &&
@@ -443,13 +493,13 @@ static bool read_request(const struct json_node *root, struct render_request *re
            request_read_highlight(&highlight, &request->highlight) &&
            request_read_edges(&edges, &request->edges) &&
            read_quality(&quality, &request->quality) && read_outputs(root, request) &&
-           read_format(root, request);
+           read_format(root, request) && read_tile(&tile, request) && check_tile(&tile, request);
 }
 
 bool request_read_root(const struct json_node *root, struct render_request *request)
 {
     render_request_init_defaults(request);
-    if (read_request(root, request))
+    if (read_request(root, request) && check_size(root, request))
         return true;
     render_request_finish(request);
     return false;

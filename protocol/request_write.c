@@ -312,6 +312,12 @@ static json_t *write_outputs(const struct render_request *request)
     return json_take_unless(outputs, has_failed);
 }
 
+static json_t *write_tile(const struct request_tile *tile)
+{
+    return json_pack("{s:i,s:i,s:i,s:i}", "x", tile->x, "y", tile->y, "width", tile->width,
+                     "height", tile->height);
+}
+
 json_t *request_to_tree(const struct render_request *request)
 {
     bool has_format = request->format != REQUEST_FORMAT_ANY;
@@ -319,6 +325,8 @@ json_t *request_to_tree(const struct render_request *request)
     json_put_text(&writer, "scene", request->scene);
     json_put(&writer, "width", json_integer(request->width));
     json_put(&writer, "height", json_integer(request->height));
+    if (request->tile.is_given)
+        json_put(&writer, "tile", write_tile(&request->tile));
     json_put(&writer, "camera", write_camera(&request->camera));
     json_put(&writer, "lights", write_lights(request));
     json_put_bool(&writer, "scene_lights", !request->ignore_scene_lights);

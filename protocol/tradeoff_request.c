@@ -56,12 +56,15 @@ static bool check_render(const struct json_node *root, struct tradeoff_request *
     struct json_node resolution = json_member(&quality_node, "shadow_resolution");
     struct json_node taps = json_member(&quality_node, "shadow_taps");
     struct json_node reference = json_member(&quality_node, "reference");
+    struct json_node tile = json_member(root, "tile");
     struct json_node output = json_member(root, "output"), outputs = json_member(root, "outputs");
     quality->says_shadow_resolution = resolution.value;
     quality->says_shadow_taps = taps.value;
     if (error.value || budget.value)
         return json_refuse(error.value ? &error : &budget, ERROR_INVALID_REQUEST,
                            "but a trade-off measures all settings and chooses none");
+    if (request->render.tile.is_given)
+        return json_refuse(&tile, ERROR_INVALID_REQUEST, "but a trade-off measures whole pictures");
     if (quality->reference)
         return json_refuse(&reference, ERROR_INVALID_REQUEST,
                            "but the reference is what settings are measured against");

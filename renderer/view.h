@@ -243,8 +243,21 @@ struct view_ground_plane {
     double height_m; /* world, along +Y */
 };
 
+/* A rectangle of a picture, its first row on top. */
+struct view_tile {
+    int x_px, y_px, width_px, height_px;
+};
+enum {
+    VIEW_SIDE_MAX_PX = 16384,    /* of an image */
+    VIEW_PICTURE_MAX_PX = 65536, /* of a picture of which tiles are rendered */
+};
+
 struct view {
-    int width_px, height_px;        /* required; [1, 16384] */
+    int width_px, height_px;        /* required; [1, VIEW_SIDE_MAX_PX], with a tile
+                                       [1, VIEW_PICTURE_MAX_PX] */
+    struct view_tile tile;          /* what of the picture is rendered, with the bits that the
+                                       whole has there; outputs have its size. width 0: all. Not
+                                       with highlight, edges or row_count_px */
     uint32_t outputs;               /* bit set of 1u << enum view_output; 0 means color */
     int first_row_px, row_count_px; /* of quality.reference: only these rows, the others stay 0, so
                                        that long work can be cut; count 0 means all */
@@ -286,6 +299,12 @@ struct view {
      * chosen, and the rasteriser's default stands. */
     const struct auto_choice *choice;
 };
+
+static inline struct view_tile view_tile_of(const struct view *view)
+{
+    struct view_tile whole = {.width_px = view->width_px, .height_px = view->height_px};
+    return view->tile.width_px ? view->tile : whole;
+}
 
 static inline bool view_has_environment(const struct view *view)
 {

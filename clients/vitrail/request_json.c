@@ -273,6 +273,8 @@ static bool put_view(json_t *root, const struct request_options *options, struct
         !put(root, "background", numbers_parse(options->background, 4, "--background", failure),
              failure))
         return false;
+    if (options->tile && !put(root, "tile", tile_spec_parse(options->tile, failure), failure))
+        return false;
     return put_environment(root, options, failure) && put_size(root, options->size, failure) &&
            put_animation(root, options, failure) &&
            put_text(root, "variant", options->variant, failure) &&

@@ -17,7 +17,7 @@
  * and server. */
 struct request_options {
     const char *base_path; /* --request */
-    const char *size, *camera, *background, *environment, *studio, *format;
+    const char *size, *tile, *camera, *background, *environment, *studio, *format;
     const char *animation, *variant; /* names */
     const char *edges, *ground_plane;
     const char *shadows, *transparency, *light_lists, *blend_filter, *refraction, *tone_mapping;
@@ -140,12 +140,14 @@ struct request_options {
                    "see below; default: the scene's own, or\nfit:three-quarter", camera), \
         REQUEST_LOOK_OPTIONS(owner)
 /* All of a frame. */
-#define REQUEST_OPTIONS(owner)                                                 \
-    REQUEST_OPTION(owner, LIST, "output", "NAME",                              \
-                   "color, depth, normal, albedo, node, material, position,\n" \
-                   "transmittance, lights, layers\n"                           \
-                   "(several: .exr)",                                          \
-                   outputs),                                                   \
+#define REQUEST_OPTIONS(owner)                                                              \
+    REQUEST_OPTION(owner, LIST, "output", "NAME",                                           \
+                   "color, depth, normal, albedo, node, material, position,\n"              \
+                   "transmittance, lights, layers\n"                                        \
+                   "(several: .exr)",                                                       \
+                   outputs),                                                                \
+        REQUEST_OPTION(owner, TEXT, "tile", "X,Y,WxH",                                      \
+                       "only this rectangle of the picture, whose size --size says", tile), \
         REQUEST_VIEW_OPTIONS(owner)
 
 /* The object in a JSON file that an option (without its dashes) names. New reference. */

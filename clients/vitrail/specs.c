@@ -78,12 +78,24 @@ bool size_parse(const char *text, int *width_px, int *height_px, struct failure 
         return fail_spec(failure, "--size", text, "WIDTHxHEIGHT in pixels, such as 1280x720");
     width = strtol(text, &end, 10);
     height = strtol(x + 1, &end, 10);
-    if (width < 1 || height < 1 || width > LIMIT_IMAGE_SIDE_PX || height > LIMIT_IMAGE_SIDE_PX)
+    if (width < 1 || height < 1 || width > LIMIT_PICTURE_SIDE_PX || height > LIMIT_PICTURE_SIDE_PX)
         return fail(failure, EXIT_CODE_USAGE, "--size: '%.60s': each side is from 1 to %d pixels",
-                    text, LIMIT_IMAGE_SIDE_PX);
+                    text, LIMIT_PICTURE_SIDE_PX);
     *width_px = (int)width;
     *height_px = (int)height;
     return true;
+}
+
+json_t *tile_spec_parse(const char *text, struct failure *failure)
+{
+    int x, y, width, height, end = 0;
+    bool is_plain = strspn(text, "0123456789,x") == strlen(text);
+    if (!is_plain || sscanf(text, "%9d,%9d,%9dx%9d%n", &x, &y, &width, &height, &end) != 4 ||
+        text[end]) {
+        fail_spec(failure, "--tile", text, "X,Y,WIDTHxHEIGHT in pixels, such as 0,2048,2048x1024");
+        return NULL;
+    }
+    return json_pack("{s:i,s:i,s:i,s:i}", "x", x, "y", y, "width", width, "height", height);
 }
 
 /* One KEY of a text, the member of the request it sets, and for which kinds it is. */

@@ -38,6 +38,9 @@ bool part_spec_parse(const char *text, json_t *parts, struct failure *failure);
 /* Exactly `count` numbers with commas between; `what` names the option for the message. */
 json_t *numbers_parse(const char *text, int count, const char *what, struct failure *failure);
 
+/* "X,Y,WxH" in pixels: a tile of a picture. */
+json_t *tile_spec_parse(const char *text, struct failure *failure);
+
 /* "WxH" in pixels. */
 bool size_parse(const char *text, int *width_px, int *height_px, struct failure *failure);
 

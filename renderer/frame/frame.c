@@ -52,12 +52,32 @@ static bool check_environment(const struct view *view, struct error *err)
     return true;
 }
 
+static bool check_tile(const struct view *view, struct error *err)
+{
+    const struct view_tile *t = &view->tile;
+    if (!t->width_px)
+        return true;
+    if (t->x_px < 0 || t->y_px < 0 || t->width_px < 1 || t->height_px < 1 ||
+        t->width_px > VIEW_SIDE_MAX_PX || t->height_px > VIEW_SIDE_MAX_PX ||
+        t->width_px > view->width_px - t->x_px || t->height_px > view->height_px - t->y_px)
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "a tile of %dx%d at %d, %d of a picture of %dx%d", t->width_px,
+                         t->height_px, t->x_px, t->y_px, view->width_px, view->height_px);
+    if (view->row_count_px || view->highlight.node_count || view->edges.is_drawn)
+        return error_set(err, ERROR_UNSUPPORTED,
+                         "highlights, edges and single rows need the whole picture, not a tile");
+    return true;
+}
+
 static bool check_view(const struct view *view, struct error *err)
 {
-    if (view->width_px < 1 || view->height_px < 1 || view->width_px > 16384 ||
-        view->height_px > 16384)
-        return error_set(err, ERROR_INVALID_REQUEST, "image size %dx%d is outside [1, 16384]",
-                         view->width_px, view->height_px);
+    int most = view->tile.width_px ? VIEW_PICTURE_MAX_PX : VIEW_SIDE_MAX_PX;
+    if (view->width_px < 1 || view->height_px < 1 || view->width_px > most ||
+        view->height_px > most)
+        return error_set(err, ERROR_INVALID_REQUEST, "image size %dx%d is outside [1, %d]",
+                         view->width_px, view->height_px, most);
+    if (!check_tile(view, err))
+        return false;
     if (view->first_row_px < 0 || view->row_count_px < 0 ||
         view->row_count_px > view->height_px - view->first_row_px)
         return error_set(err, ERROR_INVALID_REQUEST, "%d rows from row %d of an image of %d rows",
@@ -73,6 +93,7 @@ static bool check_view(const struct view *view, struct error *err)
 
 static bool create_outputs(const struct view *view, struct frame *frame, struct error *err)
 {
+    const struct view_tile tile = view_tile_of(view);
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++) {
         int channels;
         enum image_component component;
@@ -81,8 +102,8 @@ static bool create_outputs(const struct view *view, struct frame *frame, struct 
             channels = view->screen.channels;
             component = IMAGE_U8;
         }
-        if (view->outputs & 1u << i && !image_init(&frame->outputs[i], view->width_px,
-                                                   view->height_px, channels, component, err))
+        if (view->outputs & 1u << i && !image_init(&frame->outputs[i], tile.width_px,
+                                                   tile.height_px, channels, component, err))
             return false;
     }
     return true;
@@ -500,7 +521,7 @@ static bool may_keep_picture(const struct frame_context *context, const struct o
     const struct view *view = &opened->view;
     return !context->is_urgent && !context->renderer->redraws_surfaces && !making->only_builds &&
            view->quality.expects_reuse && !view->quality.may_be_coarse &&
-           view->outputs == 1u << VIEW_OUTPUT_COLOR && !view->row_count_px;
+           view->outputs == 1u << VIEW_OUTPUT_COLOR && !view->row_count_px && !view->tile.width_px;
 }
 
 /* The key of the picture. It holds what was learned, which choices follow, but not the budget: that
@@ -578,7 +599,8 @@ static bool make_once(struct frame_context *context, const char *scene_key, cons
     frame->report.counts.states_reused = !context->has_new_state;
     context->has_new_state = false;
     frame->report.error_is_exact |= is_exact(&opened, &frame->report);
-    if (frame->report.is_kept_picture) { /* what was expected is not what was done */
+    /* what was expected is not what was done */
+    if (frame->report.is_kept_picture || view->tile.width_px) {
         frame->report.chosen.expected_ms = 0;
         observation.is_open = false;
     }

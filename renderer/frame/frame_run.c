@@ -156,7 +156,7 @@ static bool refuse_window(const struct frame_run *run, const struct window_budge
 
 /* A stack of windows. */
 struct window_stack {
-    struct camera_window windows[64]; /* halving from 16384^2 to one pixel takes 28 levels */
+    struct camera_window windows[64]; /* halving from 65536^2 to one pixel takes 32 levels */
     int depth, rendered;
     bool is_for_budget; /* some windows were split for want of memory */
 };
@@ -169,26 +169,37 @@ static bool split_top(struct window_stack *stack, const struct camera_window *w)
     return true;
 }
 
+/* The pixels of the image that are in the window. */
+static double pixels_shown(const struct frame_run *run, const struct camera_window *w)
+{
+    const struct window_share share = window_share_of(w, run->view);
+    return share.width > 0 && share.height > 0 ? (double)share.width * share.height : 0;
+}
+
 /* Progress counts a window by its share of the pixels. */
 static void begin_window_span(const struct frame_run *run, const struct window_stack *stack,
                               const struct camera_window *w)
 {
-    double all = (double)run->view->width_px * run->view->height_px;
-    double own = (double)camera_window_pixels(w), left = own;
+    const struct view_tile tile = view_tile_of(run->view);
+    double all = (double)tile.width_px * tile.height_px;
+    double own = pixels_shown(run, w), left = own;
     for (int i = 0; i < stack->depth; i++)
-        left += (double)camera_window_pixels(&stack->windows[i]);
+        left += pixels_shown(run, &stack->windows[i]);
     frame_context_begin_span(run->context, (struct progress_span){.stage = FRAME_STAGE_SHADING,
                                                                   .first = 1 - left / all,
                                                                   .size = own / all});
 }
 
-/* The last window of the stack is rendered, or split where it is too large for one pass. */
+/* The last window of the stack is rendered, or split where it is too large for one pass. Those of a
+ * tile are those of the whole picture, so that it has the same bits: others are left out. */
 static bool run_top(const struct frame_run *run, const struct window_budget *budget,
                     struct window_stack *stack, struct error *err)
 {
     struct camera_window w = stack->windows[--stack->depth];
     struct window_result result = {0};
     bool is_over_budget;
+    if (pixels_shown(run, &w) <= 0)
+        return true;
     if (is_too_large(run, &w, budget, &is_over_budget)) {
         stack->is_for_budget |= is_over_budget;
         return split_top(stack, &w);
@@ -219,6 +230,8 @@ static bool run_windows(const struct frame_run *run, struct error *err)
     const struct window_budget budget = frame_budget_windows(run);
     struct window_stack stack = {.windows = {whole_of(view)}, .depth = 1};
     struct camera_window part = stack.windows[0]; /* the least, where there are as many as may be */
+    part.width = view_tile_of(view).width_px;
+    part.height = view_tile_of(view).height_px;
     part.height = (part.height + WINDOWS_MAX - 1) / WINDOWS_MAX;
     if (camera_window_pixels(&part) > WINDOW_PIXELS_LEAST &&
         !window_budget_has_room(&budget, camera_window_pixels(&part)))

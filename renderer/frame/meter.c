@@ -17,6 +17,7 @@ static struct view metered_view(const struct view *view)
     own.width_px = width > 0 ? (int)width : 1;
     own.height_px = height > 0 ? (int)height : 1;
     own.first_row_px = own.row_count_px = 0;
+    own.tile = (struct view_tile){0}; /* all tiles have the exposure of the whole */
     own.outputs = 1u << VIEW_OUTPUT_COLOR;
     own.highlight = (struct view_highlight){0};
     own.edges = (struct view_edges){0};

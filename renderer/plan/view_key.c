@@ -61,6 +61,7 @@ static struct view scene_part(const struct view *view)
 {
     struct view own = without_pointers(view);
     own.width_px = own.height_px = own.first_row_px = own.row_count_px = 0;
+    own.tile = (struct view_tile){0};
     own.outputs = 0;
     own.camera = (struct view_camera){0};
     own.clip_plane_count = 0;
@@ -140,7 +141,8 @@ struct content_key view_plan_key(struct content_key state_key, const struct view
     struct content_key key = state_key;
     struct view own = without_pointers(view);
     for (int k = 0; k < 4; k++)
-        own.background[k] = 0; /* decides pixels, no pass */
+        own.background[k] = 0;        /* decides pixels, no pass */
+    own.tile = (struct view_tile){0}; /* its passes are those of the whole */
     own.environment_rotation_deg = own.environment_intensity = 0;
     own.screen = (struct view_screen){0};
     own.quality.may_be_coarse = false;

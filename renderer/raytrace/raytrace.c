@@ -67,7 +67,8 @@ static bool run_form(struct rt_job *job, struct error *err)
 {
     struct image *image = job->image;
     const struct view *view = job->desc->view;
-    bool ok = image_init(image, view->width_px, view->height_px, 4, IMAGE_F32, err);
+    job->tile = view_tile_of(view);
+    bool ok = image_init(image, job->tile.width_px, job->tile.height_px, 4, IMAGE_F32, err);
     job->unit_count = view->row_count_px ? view->row_count_px : image->height_px;
     ok = ok && (view->quality.reference ? rt_job_run(job, &rt_reference_form, err)
                                         : rt_production_render(job, err));

@@ -360,7 +360,13 @@ static void composite(const struct rt_batch *batch, size_t sample, size_t first,
         rt_pixel_end_sample(pixel, layers, through, behind);
 }
 
-static void write_pixels(const struct rt_batch *batch, struct image *image)
+static bool is_in_tile(const struct view_tile *tile, int x, int y)
+{
+    return x >= tile->x_px && y >= tile->y_px && x < tile->x_px + tile->width_px &&
+           y < tile->y_px + tile->height_px;
+}
+
+static void write_pixels(const struct rt_batch *batch)
 {
     size_t sample = 0, step = 0;
     for (size_t p = 0; p < batch->pixel_count; p++) {
@@ -369,19 +375,19 @@ static void write_pixels(const struct rt_batch *batch, struct image *image)
             composite(batch, sample, step, batch->sample_ends[sample], &pixel);
             step = batch->sample_ends[sample++];
         }
-        float *out =
-            (float *)image->pixels + 4 * ((size_t)batch->pixels[p][1] * (size_t)image->width_px +
-                                          (size_t)batch->pixels[p][0]);
-        rt_pixel_write(&pixel, batch->desc.view, batch->desc.samples, out);
+        int x = batch->pixels[p][0], y = batch->pixels[p][1];
+        if (is_in_tile(&batch->desc.job->tile, x, y))
+            rt_pixel_write(&pixel, batch->desc.view, batch->desc.samples,
+                           rt_job_pixel(batch->desc.job, x, y));
     }
 }
 
-void rt_batch_shade(struct rt_batch *batch, struct image *image)
+void rt_batch_shade(struct rt_batch *batch)
 {
     rt_batch_light(batch, 0);
     if (batch->desc.samples > 1 && !rt_batch_refine(batch))
         atomic_store(&batch->desc.job->has_no_memory, true);
-    write_pixels(batch, image);
+    write_pixels(batch);
     batch->fragment_count = batch->step_count = batch->sample_count = batch->pixel_count = 0;
     batch->bent_count = 0;
 }

@@ -139,6 +139,6 @@ void rt_fragment_add(struct rt_fragment *fragment, const struct rt_point *point)
 MUST_CHECK bool rt_batch_reserve_fragments(struct rt_batch *batch, size_t count);
 
 /* Lights all surfaces, writes the pixels and empties the batch. */
-void rt_batch_shade(struct rt_batch *batch, struct image *image);
+void rt_batch_shade(struct rt_batch *batch);
 
 #endif

@@ -110,8 +110,8 @@ bool rt_job_run(struct rt_job *job, const struct rt_form *form, struct error *er
 void rt_job_camera_ray(const struct rt_job *job, double x, double y, struct rt_ray *ray)
 {
     const struct camera *camera = job->desc->camera;
-    double px = (2 * x / job->image->width_px - 1) * camera->half_width;
-    double py = (1 - 2 * y / job->image->height_px) * camera->half_height;
+    double px = (2 * x / job->desc->view->width_px - 1) * camera->half_width;
+    double py = (1 - 2 * y / job->desc->view->height_px) * camera->half_height;
     *ray = (struct rt_ray){.culls_back_faces = true,
                            .skip_mesh = UINT32_MAX,
                            .skip_triangle = UINT32_MAX,

@@ -11,7 +11,8 @@
 struct rt_job {
     const struct raytrace_desc *desc;
     struct rt_scene *scene;
-    struct image *image;
+    struct image *image; /* of the tile of the view */
+    struct view_tile tile;
     const void *shared; /* what the form's threads share; rt_production.c */
     int unit_count;
     atomic_int next_unit, units_done;
@@ -53,7 +54,14 @@ MUST_CHECK bool rt_job_run(struct rt_job *job, const struct rt_form *form, struc
 MUST_CHECK bool rt_job_take_scene(const struct raytrace_desc *desc, struct rt_scene *own,
                                   struct rt_scene **scene, bool *is_reused, struct error *err);
 
-/* Camera ray through continuous pixel coordinates, y down. */
+/* Where the image has a pixel of the picture; it is in the tile. */
+static inline float *rt_job_pixel(const struct rt_job *job, int x, int y)
+{
+    size_t row = (size_t)(y - job->tile.y_px), column = (size_t)(x - job->tile.x_px);
+    return (float *)job->image->pixels + 4 * (row * (size_t)job->tile.width_px + column);
+}
+
+/* Camera ray through continuous pixel coordinates of the picture, y down. */
 void rt_job_camera_ray(const struct rt_job *job, double x, double y, struct rt_ray *ray);
 
 /* Seed of the sequences on area lights: different for neighbouring pixels and samples, the same in

@@ -86,19 +86,36 @@ static bool list_all(struct rt_light_set *light_set, struct error *err)
     return light_set->all || error_set(err, ERROR_NO_MEMORY, "list of all lights");
 }
 
+/* The whole picture, so that lists and the order of their lights are the same for all tiles; but of
+ * pictures whose clusters would be too many, the blocks of pixels that the tile meets. */
+static struct camera_window window_of(const struct view *view)
+{
+    enum { BLOCK_PX = 16 };
+    struct camera_window window = camera_window_whole(view->width_px, view->height_px);
+    const struct view_tile *tile = &view->tile;
+    if (!tile->width_px ||
+        (view->width_px <= VIEW_SIDE_MAX_PX && view->height_px <= VIEW_SIDE_MAX_PX))
+        return window;
+    int right = (tile->x_px + tile->width_px + BLOCK_PX - 1) / BLOCK_PX * BLOCK_PX;
+    int below = (tile->y_px + tile->height_px + BLOCK_PX - 1) / BLOCK_PX * BLOCK_PX;
+    window.x = tile->x_px / BLOCK_PX * BLOCK_PX;
+    window.y = tile->y_px / BLOCK_PX * BLOCK_PX;
+    window.width = (right < view->width_px ? right : view->width_px) - window.x;
+    window.height = (below < view->height_px ? below : view->height_px) - window.y;
+    return window;
+}
+
 bool rt_light_set_init(struct rt_light_set *light_set, const struct rt_scene *scene,
                        const struct raytrace_desc *desc, struct error *err)
 {
     const struct scene_state *state = scene->state;
-    const struct view *view = desc->view;
-    struct camera_window window = camera_window_whole(view->width_px, view->height_px);
     light_set->state = state;
-    light_set->height_px = view->height_px;
+    light_set->window = window_of(desc->view);
     light_set->records = calloc(state->light_count + 1, sizeof *light_set->records);
     if (!light_set->records)
         return error_set(err, ERROR_NO_MEMORY, "%zu lights", state->light_count);
     for (size_t i = 0; i < state->light_count; i++)
-        fill_lamp(scene, &state->lights[i], &view->quality, &light_set->records[i]);
+        fill_lamp(scene, &state->lights[i], &desc->view->quality, &light_set->records[i]);
     if (state->medium_count && !find_media(light_set, scene, err))
         return false;
     if (desc->asks_all_lights)
@@ -107,7 +124,7 @@ bool rt_light_set_init(struct rt_light_set *light_set, const struct rt_scene *sc
                           &(struct clusters_desc){.lights = state->lights,
                                                   .light_count = state->light_count,
                                                   .camera = desc->camera,
-                                                  .window = &window},
+                                                  .window = &light_set->window},
                           err);
 }
 
@@ -126,7 +143,8 @@ struct rt_light_list rt_light_set_near(const struct rt_light_set *light_set, int
     const struct clusters *clusters = &light_set->clusters;
     if (light_set->all)
         return (struct rt_light_list){.count = light_set->state->light_count};
-    size_t cluster = clusters_find(clusters, x, light_set->height_px - 1 - y, (float)view_z);
+    const struct camera_window *w = &light_set->window;
+    size_t cluster = clusters_find(clusters, x - w->x, w->y + w->height - 1 - y, (float)view_z);
     const uint32_t *head = clusters->heads + 2 * cluster;
     return (struct rt_light_list){.cluster = cluster,
                                   .items = {clusters->items, clusters->items + head[0]},

@@ -38,9 +38,9 @@ struct rt_light_set { /* zeroed before init */
     const struct scene_state *state;
     struct rt_light_record *records; /* by light */
     struct clusters clusters;
-    double (*sigma)[3];         /* by light: rt_media_at; NULL without media */
-    struct rt_light_block *all; /* every light, in order; NULL where the clusters are asked */
-    int height_px;
+    double (*sigma)[3];          /* by light: rt_media_at; NULL without media */
+    struct rt_light_block *all;  /* every light, in order; NULL where the clusters are asked */
+    struct camera_window window; /* of the clusters */
 };
 
 MUST_CHECK bool rt_light_set_init(struct rt_light_set *light_set, const struct rt_scene *scene,

@@ -94,10 +94,9 @@ static bool run(const struct raytrace_desc *desc,
 {
     struct rt_scene own = {0}, *scene;
     bool is_reused;
-    struct image size = {.width_px = desc->view->width_px, .height_px = desc->view->height_px};
     if (!rt_job_take_scene(desc, &own, &scene, &is_reused, err))
         return false;
-    struct rt_job job = {.desc = desc, .scene = scene, .image = &size};
+    struct rt_job job = {.desc = desc, .scene = scene};
     struct looker looker = {.job = &job, .layers = malloc(RT_HITS_MAX * sizeof *looker.layers)};
     bool ok = looker.layers ? rt_hits_init(&looker.hits, err)
                             : error_set(err, ERROR_NO_MEMORY, "layers of a ray");

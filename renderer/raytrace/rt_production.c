@@ -15,7 +15,8 @@ enum { TILE_PX = 16 };
 
 struct shared { /* by all threads, read only */
     struct rt_light_set light_set;
-    double eye_sigma[3]; /* rt_media_at a perspective camera's eye */
+    double eye_sigma[3];         /* rt_media_at a perspective camera's eye */
+    int first_column, first_row; /* of blocks of the picture that meet the image */
     int columns, rows;
     int samples, parts_per_side;
     double positions[256][2]; /* of the samples in a pixel, y down */
@@ -83,13 +84,14 @@ static bool trace_pixels(struct tracer *tracer, const int (*pixels)[2], int coun
 static bool trace_tile(struct tracer *tracer, int tile)
 {
     const struct shared *shared = tracer->shared;
-    struct image *image = tracer->job->image;
-    int x0 = tile % shared->columns * TILE_PX, y0 = tile / shared->columns * TILE_PX;
+    const struct view *view = tracer->job->desc->view;
+    int x0 = (shared->first_column + tile % shared->columns) * TILE_PX;
+    int y0 = (shared->first_row + tile / shared->columns) * TILE_PX;
     int pixels[RT_LANES][2], count = 0;
     for (int i = 0; i < TILE_PX * TILE_PX; i++) {
         /* blocks of 4 x 4 pixels are what one packet sees at 1 sample */
         int block = i / 16, x = x0 + block % 4 * 4 + i % 4, y = y0 + block / 4 * 4 + i % 16 / 4;
-        if (x < image->width_px && y < image->height_px) {
+        if (x < view->width_px && y < view->height_px) {
             pixels[count][0] = x;
             pixels[count++][1] = y;
         }
@@ -100,7 +102,7 @@ static bool trace_tile(struct tracer *tracer, int tile)
             count = 0;
         }
         if (!count && (is_last || rt_batch_is_full(&tracer->batch)))
-            rt_batch_shade(&tracer->batch, image);
+            rt_batch_shade(&tracer->batch);
     }
     return true;
 }
@@ -125,12 +127,23 @@ static void trace_tiles(void *worker)
         atomic_store(&job->has_overflowed, true);
 }
 
+/* The blocks are those of the whole picture, whatever the image shows of it: what a pixel is
+ * compared with, and so its bits, are the same. */
+static void place_blocks(struct shared *shared, const struct view_tile *tile)
+{
+    shared->first_column = tile->x_px / TILE_PX;
+    shared->first_row = tile->y_px / TILE_PX;
+    shared->columns = (tile->x_px + tile->width_px + TILE_PX - 1) / TILE_PX - shared->first_column;
+    shared->rows = (tile->y_px + tile->height_px + TILE_PX - 1) / TILE_PX - shared->first_row;
+}
+
 /* From the ray through one part of a pixel to those to the right and below. */
 static void find_way(const struct rt_job *job, int parts_per_side, double way[2][3])
 {
     const struct camera *camera = job->desc->camera;
-    double right = 2 * camera->half_width / job->image->width_px / parts_per_side;
-    double down = 2 * camera->half_height / job->image->height_px / parts_per_side;
+    const struct view *view = job->desc->view;
+    double right = 2 * camera->half_width / view->width_px / parts_per_side;
+    double down = 2 * camera->half_height / view->height_px / parts_per_side;
     for (int k = 0; k < 3; k++) {
         way[0][k] = camera->right[k] * right;
         way[1][k] = -camera->up[k] * down;
@@ -185,8 +198,7 @@ bool rt_production_render(struct rt_job *job, struct error *err)
     struct shared *shared = calloc(1, sizeof *shared);
     if (!shared)
         return error_set(err, ERROR_NO_MEMORY, "ray tracing");
-    shared->columns = (job->image->width_px + TILE_PX - 1) / TILE_PX;
-    shared->rows = (job->image->height_px + TILE_PX - 1) / TILE_PX;
+    place_blocks(shared, &job->tile);
     place_samples(shared, desc->samples);
     job->unit_count = shared->columns * shared->rows;
     job->shared = shared;

@@ -33,9 +33,7 @@ static void trace_pixel(struct tracer *tracer, int x, int y)
         rt_job_camera_ray(job, x + (column + 0.5) / side, y + (row + 0.5) / side, &ray);
         trace_ray(tracer, &ray, &pixel);
     }
-    float *out =
-        (float *)job->image->pixels + 4 * ((size_t)y * (size_t)job->image->width_px + (size_t)x);
-    rt_pixel_write(&pixel, job->desc->view, side * side, out);
+    rt_pixel_write(&pixel, job->desc->view, side * side, rt_job_pixel(job, x, y));
     atomic_fetch_add(&job->camera_rays, (uint64_t)(side * side));
 }
 
@@ -43,10 +41,11 @@ static void trace_rows(void *worker)
 {
     struct tracer *tracer = worker;
     struct rt_job *job = tracer->job;
-    int first = job->desc->view->first_row_px;
+    const struct view_tile *tile = &job->tile;
+    int first = job->desc->view->first_row_px + tile->y_px; /* one of them is 0 */
     for (int y = rt_job_next(job, false); y >= 0; y = rt_job_next(job, true))
-        for (int x = 0; x < job->image->width_px && !rt_job_is_cancelled(job); x++)
-            trace_pixel(tracer, x, first + y);
+        for (int x = 0; x < tile->width_px && !rt_job_is_cancelled(job); x++)
+            trace_pixel(tracer, tile->x_px + x, first + y);
     atomic_fetch_add(&job->shadow_rays, tracer->walker.lighting.shadow_rays);
     if (tracer->walker.has_overflowed || tracer->walker.lighting.has_overflowed)
         atomic_store(&job->has_overflowed, true);

@@ -2,6 +2,7 @@
 /* Resolution of a view's camera into eye, axes and projection. */
 #include "renderer/scene/camera.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 #include "renderer/base/matrix.h"
@@ -350,12 +351,40 @@ void camera_axes(const struct camera *camera, double axes[3][3])
     memcpy(axes[2], camera->back, sizeof axes[2]);
 }
 
-void camera_clip(const struct camera *camera, double unit_m, float across[2], float depth[4])
+/* Along one axis: parts begin at multiples of half their length, so that each window of at most
+ * that is within one. */
+static void part_along(int first, int size, int image, int *part_first, int *part_size)
 {
+    const int step = CAMERA_PART_PX / 2;
+    *part_first = 0;
+    *part_size = image;
+    if (image <= CAMERA_PART_PX)
+        return;
+    assert(size <= step);
+    *part_first = first / step * step;
+    *part_size = CAMERA_PART_PX;
+}
+
+struct camera_part camera_part_of(const struct camera_window *window)
+{
+    struct camera_part part = {.image_width = window->image_width,
+                               .image_height = window->image_height};
+    part_along(window->x, window->width, window->image_width, &part.x, &part.width);
+    part_along(window->y, window->height, window->image_height, &part.y, &part.height);
+    return part;
+}
+
+void camera_clip(const struct camera *camera, const struct camera_part *part, double unit_m,
+                 float across[4], float depth[4])
+{
+    double wider = (double)part->image_width / part->width;
+    double taller = (double)part->image_height / part->height;
     bool is_flat = camera->is_orthographic;
     double unit = is_flat ? unit_m : 1;
-    across[0] = (float)(unit / camera->half_width);
-    across[1] = (float)(unit / camera->half_height);
+    across[0] = (float)(unit / camera->half_width * wider);
+    across[1] = (float)(unit / camera->half_height * taller);
+    across[2] = (float)((part->image_width - 2.0 * part->x) / part->width - 1);
+    across[3] = (float)(1 - (part->image_height - 2.0 * part->y) / part->height);
     double range = camera->z_far - camera->z_near;
     depth[0] = (float)(is_flat ? camera->z_far / range : camera->z_near / unit_m);
     depth[1] = is_flat ? (float)(unit_m / range) : 0;

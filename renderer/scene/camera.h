@@ -52,12 +52,23 @@ void camera_to_view(const struct camera *camera, const double world[3], double v
 bool camera_may_see(const struct camera *camera, const double center[3], double radius_m,
                     double wider);
 
-/* From view space in units of unit_m to clip space of the image, whatever the window (GL
+/* The part of the image that a viewport covers: all of it, but of images that are larger than the
+ * viewports of devices a part of CAMERA_PART_PX that holds the window. First row on top. */
+enum { CAMERA_PART_PX = 16384 /* GL_MAX_VIEWPORT_DIMS is at least as much on GL 4.5 devices */ };
+struct camera_part {
+    int x, y, width, height, image_width, image_height;
+};
+struct camera_part camera_part_of(const struct camera_window *window);
+
+/* From view space in units of unit_m to clip space of the part, whatever the window in it (GL
  * convention: y up; the renderer flips rows on readback), which is what
  * shaders/draw/geometry.vert.glsl takes:
  *
  *   w' = depth[2] + depth[3] * z, z' = depth[0] + depth[1] * z,
- *   x' = across[0] * x, y' = across[1] * y */
-void camera_clip(const struct camera *camera, double unit_m, float across[2], float depth[4]);
+ *   x' = across[0] * x + across[2] * w', y' = across[1] * y + across[3] * w'
+ *
+ * where across[2] and across[3] are 0 in a part that is the whole image. */
+void camera_clip(const struct camera *camera, const struct camera_part *part, double unit_m,
+                 float across[4], float depth[4]);
 
 #endif

@@ -154,28 +154,33 @@ static bool check_loops(const struct shade_desc *desc, struct error *err)
                      LOOP_STEPS_MAX);
 }
 
+/* The pixel of the image where a row of the share begins. */
+static size_t first_of_row(const struct window_share *share, int row, const struct image *image)
+{
+    return (size_t)(share->image_y + row) * (size_t)image->width_px + (size_t)share->image_x;
+}
+
 /* The first word of the output in each pixel's words is words[0]; the stride is in words. */
-static void copy_output(const struct camera_window *w, const uint32_t *words, size_t stride,
-                        struct image *image)
+static void copy_output(const struct camera_window *w, const struct window_share *share,
+                        const uint32_t *words, size_t stride, struct image *image)
 {
     uint32_t *pixels = image->pixels; /* f32 and u32 alike are moved as words */
     size_t count = (size_t)image->channels;
-    for (int y = 0; y < w->height; y++) { /* GL's first row is at the bottom */
-        const uint32_t *in = words + (size_t)(w->height - 1 - y) * (size_t)w->width * stride;
-        uint32_t *out =
-            pixels + ((size_t)(w->y + y) * (size_t)image->width_px + (size_t)w->x) * count;
-        for (int x = 0; x < w->width; x++, in += stride, out += count)
+    for (int y = 0; y < share->height; y++) { /* GL's first row is at the bottom */
+        size_t row = (size_t)(w->height - 1 - share->window_y - y);
+        const uint32_t *in = words + (row * (size_t)w->width + (size_t)share->window_x) * stride;
+        uint32_t *out = pixels + first_of_row(share, y, image) * count;
+        for (int x = 0; x < share->width; x++, in += stride, out += count)
             memcpy(out, in, count * sizeof *out);
     }
 }
 
 /* From eye-relative to world space, in f64. */
-static void add_eye(const struct camera_window *w, const double eye[3], struct image *image)
+static void add_eye(const struct window_share *share, const double eye[3], struct image *image)
 {
-    for (int y = 0; y < w->height; y++) {
-        float *row = (float *)image->pixels +
-                     ((size_t)(w->y + y) * (size_t)image->width_px + (size_t)w->x) * 3;
-        for (int i = 0; i < 3 * w->width; i++)
+    for (int y = 0; y < share->height; y++) {
+        float *row = (float *)image->pixels + first_of_row(share, y, image) * 3;
+        for (int i = 0; i < 3 * share->width; i++)
             row[i] = (float)((double)row[i] + eye[i % 3]);
     }
 }
@@ -185,6 +190,7 @@ bool aov_read(struct aov *aov, const struct shade_desc *desc, struct image *outp
 {
     const struct window_frame *frame = desc->frame;
     const struct camera_window *w = &frame->window;
+    const struct window_share share = window_share_of(w, frame->view);
     size_t stride = words_per_pixel(frame->view), at = 0;
     uint64_t bytes = (uint64_t)w->width * (uint64_t)w->height * stride * 4;
     if (!check_loops(desc, err) ||
@@ -202,11 +208,11 @@ bool aov_read(struct aov *aov, const struct shade_desc *desc, struct image *outp
     gl_buffer_read(&aov->words, 0, bytes, words);
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
         if (is_wanted(frame->view, i)) {
-            copy_output(w, words + at, stride, &outputs[i]);
+            copy_output(w, &share, words + at, stride, &outputs[i]);
             at += (size_t)kinds[i].channels;
         }
     if (is_wanted(frame->view, VIEW_OUTPUT_POSITION))
-        add_eye(w, frame->camera->eye, &outputs[VIEW_OUTPUT_POSITION]);
+        add_eye(&share, frame->camera->eye, &outputs[VIEW_OUTPUT_POSITION]);
     free(words);
     return true;
 }

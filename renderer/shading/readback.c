@@ -28,6 +28,7 @@ struct way {
     struct frame_report *report; /* NULL: free */
     struct image *color;
     struct camera_window window;
+    struct window_share share; /* of it in the image */
     bool has_counts, has_guess;
     struct readback_guess guess;
     struct shadow_system *shadows;
@@ -119,14 +120,19 @@ static void release(struct way *way)
 static void copy_rows(const struct way *way, const unsigned char *pixels)
 {
     const struct camera_window *w = &way->window;
+    const struct window_share *share = &way->share;
     struct image *color = way->color;
     int channels = screen_channels(color);
     size_t pixel = channels ? (size_t)channels : CHANNELS * sizeof(float);
-    size_t row = (size_t)w->width * pixel;
-    for (int y = 0; y < w->height; y++) {
-        unsigned char *out = (unsigned char *)color->pixels +
-                             ((size_t)(w->y + y) * (size_t)color->width_px + (size_t)w->x) * pixel;
-        memcpy(out, pixels + (size_t)(channels ? y : w->height - 1 - y) * row, row);
+    size_t row = (size_t)w->width * pixel, from = (size_t)share->window_x * pixel;
+    for (int i = 0; i < share->height; i++) {
+        int y = share->window_y + i;
+        unsigned char *out =
+            (unsigned char *)color->pixels +
+            ((size_t)(share->image_y + i) * (size_t)color->width_px + (size_t)share->image_x) *
+                pixel;
+        memcpy(out, pixels + (size_t)(channels ? y : w->height - 1 - y) * row + from,
+               (size_t)share->width * pixel);
     }
 }
 
@@ -291,6 +297,7 @@ static struct way *send(struct readback *readback, const struct readback_desc *d
         return NULL;
     }
     way->window = frame->window;
+    way->share = window_share_of(&frame->window, frame->view);
     way->color = desc->color;
     way->report = frame->report;
     if (desc->guess)

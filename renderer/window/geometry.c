@@ -147,7 +147,7 @@ struct variant_context {
     bool is_layer;
     bool has_normal_offset;                     /* smooth surfaces say how far */
     bool is_hidden;                             /* of media: the part behind the opaque depth */
-    float across[2], depth[4];                  /* camera_clip */
+    float across[4], depth[4];                  /* camera_clip */
     struct known_variant known[KNOWN_VARIANTS]; /* of two with one place the last */
 };
 
@@ -266,7 +266,7 @@ static void set_variant_uniforms(const struct variant_context *context,
                                  const struct gl_program *program)
 {
     const struct window_frame *frame = context->frame;
-    gl_program_set_f2(program, "u_clip_across", context->across);
+    gl_program_set_f4(program, "u_clip_across", context->across);
     gl_program_set_f4(program, "u_clip_depth", context->depth);
     gl_program_set_u(program, "u_width_px", (uint32_t)frame->window.width);
     gl_program_set_u(program, "u_list_room", frame->list_room);
@@ -395,7 +395,8 @@ static bool draw_selection(const struct window_frame *frame, const struct select
 {
     struct variant_context context = context_of(frame, pass);
     context.items = selection->items;
-    camera_clip(frame->camera, frame->state->unit_m, context.across, context.depth);
+    const struct camera_part part = camera_part_of(&frame->window);
+    camera_clip(frame->camera, &part, frame->state->unit_m, context.across, context.depth);
     struct draw_desc desc = {
         .gpu = frame->gpu,
         .state = frame->state,
@@ -434,10 +435,11 @@ static bool submit(const struct window_frame *frame, const struct geometry_items
 static void set_depth_state(const struct window_frame *frame, bool writes)
 {
     const struct camera_window *w = &frame->window;
-    /* the image's, so that vertices are where they are in any window, but for rounding */
-    glViewportIndexedf(0, (float)(w->shift_px[0] - w->x),
-                       (float)(w->shift_px[1] + w->y + w->height - w->image_height),
-                       (float)w->image_width, (float)w->image_height);
+    const struct camera_part part = camera_part_of(w);
+    /* the part's, so that vertices are where they are in any window, but for rounding */
+    glViewportIndexedf(0, (float)(w->shift_px[0] + part.x - w->x),
+                       (float)(w->shift_px[1] + w->y + w->height - part.y - part.height),
+                       (float)part.width, (float)part.height);
     glDisable(GL_SCISSOR_TEST);
     glDisable(GL_BLEND);
     glEnable(GL_DEPTH_TEST);

@@ -9,6 +9,29 @@
 #include "renderer/gl/buffer_fill.h"
 #include "shaders/shared/bindings.h"
 
+static int least(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+static int most(int a, int b)
+{
+    return a > b ? a : b;
+}
+
+struct window_share window_share_of(const struct camera_window *window, const struct view *view)
+{
+    const struct view_tile tile = view_tile_of(view);
+    int x = most(window->x, tile.x_px), y = most(window->y, tile.y_px);
+    return (struct window_share){
+        .window_x = x - window->x,
+        .window_y = y - window->y,
+        .image_x = x - tile.x_px,
+        .image_y = y - tile.y_px,
+        .width = least(window->x + window->width, tile.x_px + tile.width_px) - x,
+        .height = least(window->y + window->height, tile.y_px + tile.height_px) - y};
+}
+
 void window_set_view_ray(const struct window_frame *frame, const struct gl_program *program)
 {
     const struct camera *camera = frame->camera;

@@ -37,6 +37,13 @@ struct window_frame {
     uint32_t list_room; /* entries that lists_scatter.frag.glsl may write */
 };
 
+/* What of a window is in the image of the frame's tile: where it begins in the window and in the
+ * image, first rows on top, and how large it is; nothing with width or height <= 0. */
+struct window_share {
+    int window_x, window_y, image_x, image_y, width, height;
+};
+struct window_share window_share_of(const struct camera_window *window, const struct view *view);
+
 /* Window and depth uniforms of shaders/window/view_ray.glsl. */
 void window_set_view_ray(const struct window_frame *frame, const struct gl_program *program);
 

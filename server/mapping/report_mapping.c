@@ -98,7 +98,9 @@ void frame_stats_from_report(const struct render_request *request,
                              const struct frame_report *report, const char *device,
                              struct frame_stats *stats)
 {
-    *stats = (struct frame_stats){.width = request->width, .height = request->height};
+    const struct request_tile *tile = &request->tile;
+    *stats = (struct frame_stats){.width = tile->is_given ? tile->width : request->width,
+                                  .height = tile->is_given ? tile->height : request->height};
     utf8_copy(stats->scene, sizeof stats->scene, request->scene);
     utf8_copy(stats->device, sizeof stats->device, device);
     copy_environment(request, report, &stats->environment);

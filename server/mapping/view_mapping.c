@@ -268,6 +268,7 @@ bool view_from_request(const struct render_request *request, struct view_storage
     *view = (struct view){
         .width_px = request->width,
         .height_px = request->height,
+        .tile = {request->tile.x, request->tile.y, request->tile.width, request->tile.height},
         .outputs = request->outputs,
         .lights = storage->lights,
         .light_count = request->light_count,

@@ -29,7 +29,7 @@ uniform vec4 u_clip_planes[CLIP_PLANES]; // for v_position
 out float gl_ClipDistance[CLIP_PLANES];
 #endif
 
-uniform vec2 u_clip_across; // camera_clip of renderer/scene/camera.h
+uniform vec4 u_clip_across; // camera_clip of renderer/scene/camera.h
 uniform vec4 u_clip_depth;
 
 invariant gl_Position; // the count and the scatter pass must agree on every fragment
@@ -65,6 +65,6 @@ void main()
 #endif
 #endif
     precise float w = u_clip_depth.z + u_clip_depth.w * v_position.z;
-    precise vec2 across = u_clip_across * v_position.xy;
+    precise vec2 across = u_clip_across.xy * v_position.xy + u_clip_across.zw * w;
     gl_Position = vec4(across, u_clip_depth.x + u_clip_depth.y * v_position.z, w);
 }

@@ -99,7 +99,7 @@ static void null_is_the_same_as_absent(void **state)
         "width",       "height",    "camera",     "lights",      "scene_lights",    "overrides",
         "clip_planes", "animation", "background", "exposure_ev", "tone_mapping",    "environment",
         "quality",     "output",    "outputs",    "format",      "quality_percent", "highlight",
-        "edges",       "parts",     "variant",    "studio",      "ground_plane"};
+        "edges",       "parts",     "variant",    "studio",      "ground_plane",    "tile"};
     struct render_request plain = parse(BODY(""));
     char *expected = render_request_to_json(&plain);
     for (size_t i = 0; i < sizeof members / sizeof *members; i++) {
@@ -266,6 +266,7 @@ static void canonical_json_reads_back_as_itself(void **state)
         BODY(",\"camera\":{\"fov_y_deg\":178.999}"),
         BODY(",\"camera\":{\"eye\":[0,0,5],\"target\":[0,0,0]}"),
         BODY(",\"format\":\"jpeg\",\"quality_percent\":75"),
+        BODY(",\"width\":40000,\"tile\":{\"x\":39999,\"width\":1,\"height\":2}"),
         BODY(",\"format\":\"webp\",\"environment\":{}"),
         BODY(",\"environment\":{\"image\":\"studio\",\"rotation_deg\":360}"),
         BODY(",\"outputs\":[\"color\",\"depth\",\"normal\",\"albedo\",\"node\",\"material\"]"),
@@ -372,6 +373,8 @@ static void ends_of_ranges_are_allowed(void **state)
     (void)state;
     static const char *const bodies[] = {
         BODY(",\"width\":1,\"height\":16384"),
+        BODY(",\"width\":65536,\"height\":65536,\"tile\":{\"x\":65535,\"width\":1,\"height\":"
+             "16384}"),
         BODY(",\"camera\":{\"eye\":[1e12,-1e12,0],\"target\":[0,0,0]}"),
         BODY(",\"camera\":{\"eye\":[0,0,1e-9],\"target\":[0,0,0]}"),
         BODY(",\"camera\":{\"eye\":[1e7,0,0],\"target\":[1e7,0,-1e-3]}"),

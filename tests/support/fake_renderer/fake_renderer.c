@@ -434,12 +434,13 @@ static bool paint(struct image *image, enum view_output output, const struct vie
     static const int channels[VIEW_OUTPUT_COUNT] = {4, 1, 3, 3, 1, 1, 3, 3, 1, 1};
     bool is_id = output == VIEW_OUTPUT_NODE || output == VIEW_OUTPUT_MATERIAL ||
                  output == VIEW_OUTPUT_LIGHTS || output == VIEW_OUTPUT_LAYERS;
-    if (!image_init(image, view->width_px, view->height_px, channels[output],
+    const struct view_tile tile = view_tile_of(view);
+    if (!image_init(image, tile.width_px, tile.height_px, channels[output],
                     is_id ? IMAGE_U32 : IMAGE_F32, err))
         return false;
     size_t at = 0;
-    for (int y = 0; y < view->height_px; y++)
-        for (int x = 0; x < view->width_px; x++)
+    for (int y = tile.y_px; y < tile.y_px + tile.height_px; y++)
+        for (int x = tile.x_px; x < tile.x_px + tile.width_px; x++)
             for (int c = 0; c < image->channels; c++, at++) {
                 float gradient =
                     (float)(c == 0 ? x : y) / (float)(view->width_px + view->height_px);
