@@ -12,6 +12,7 @@
 #include "server/base/child.h"
 #include "server/base/config.h"
 #include "server/decoder/decoder.h"
+#include "server/jobs/job_backup.h"
 #include "server/routes/service.h"
 #include "server/worker/worker.h"
 
@@ -82,6 +83,19 @@ static int serve(const struct config *config)
     return is_hopeless ? EXIT_FAILURE : EXIT_SUCCESS;
 }
 
+static int back_up(const struct config *config)
+{
+    struct error problem = {0};
+    struct job_backup backup = {0};
+    if (!job_backup_write(config->state_dir, config->backup_file, &backup, &problem)) {
+        fprintf(stderr, "vitraild: --backup: %s\n", problem.message);
+        return EXIT_FAILURE;
+    }
+    printf("%s: %lld jobs, %lld bytes\n", config->backup_file, (long long)backup.jobs,
+           (long long)backup.size_bytes);
+    return EXIT_SUCCESS;
+}
+
 static int act(const struct config *config)
 {
     switch (config->action) {
@@ -97,6 +111,8 @@ static int act(const struct config *config)
     case CONFIG_CHECK:
         printf("the configuration is good\n");
         return EXIT_SUCCESS;
+    case CONFIG_BACKUP:
+        return back_up(config);
     case CONFIG_SERVE:
         break;
     }

@@ -420,6 +420,16 @@ static bool is_action(const char *flag, enum config_action *action)
     return false;
 }
 
+/* --backup FILE, which is an action with a value. */
+static bool set_backup(struct config *config, const char *file, struct error *err)
+{
+    if (!*file || strlen(file) >= sizeof config->backup_file)
+        return error_set(err, ERROR_INVALID_REQUEST, "--backup: not the name of a file");
+    config->action = CONFIG_BACKUP;
+    memcpy(config->backup_file, file, strlen(file) + 1);
+    return true;
+}
+
 /* Two passes over the flags: the first finds --config and the action, the second sets values. */
 static bool read_flags(struct config *config, int argc, char **argv, const char **file,
                        bool is_first, struct error *err)
@@ -435,8 +445,9 @@ static bool read_flags(struct config *config, int argc, char **argv, const char 
         const char *value = flag_value(argc, argv, i, &length);
         const char *name = argv[i] + 2;
         bool is_file = length == 6 && strncmp(name, "config", 6) == 0;
-        const struct key *key = is_file ? NULL : key_find(name, length);
-        if (!is_file && !key)
+        bool is_backup = length == 6 && strncmp(name, "backup", 6) == 0;
+        const struct key *key = is_file || is_backup ? NULL : key_find(name, length);
+        if (!is_file && !is_backup && !key)
             return error_set(err, ERROR_INVALID_REQUEST,
                              "unknown flag '%s' (--help lists the flags)", argv[i]);
         if (key && !is_joined && is_bare(key, argv[i + 1])) {
@@ -448,7 +459,9 @@ static bool read_flags(struct config *config, int argc, char **argv, const char 
             return error_set(err, ERROR_INVALID_REQUEST, "flag '%s' needs a value", argv[i]);
         if (is_file)
             *file = value;
-        else if (!is_first && !config_set(config, key, value, "flag", err))
+        else if (is_backup && !set_backup(config, value, err))
+            return false;
+        else if (key && !is_first && !config_set(config, key, value, "flag", err))
             return false;
         i += !is_joined;
     }
@@ -600,7 +613,9 @@ void config_print_help(FILE *out)
         "  --config FILE          read FILE first\n");
     for (size_t i = 0; i < KEY_COUNT; i++)
         fprintf(out, "  --%-20s %s\n", keys[i].name, keys[i].help);
-    fprintf(out, "  --check-config         check all settings and exit\n"
+    fprintf(out, "  --backup FILE          copy the database of jobs to FILE, beside a running\n"
+                 "                         daemon or without one, and exit\n"
+                 "  --check-config         check all settings and exit\n"
                  "  --print-config         print all settings with their origin and exit\n"
                  "  --version, --help\n\n"
                  "Sizes take K, M, G, T (binary). Exit status: 0 stopped as asked, 1 failed, 2 bad "

@@ -21,7 +21,14 @@ enum { WARM_UPS_MAX = 4 };
 /* What `shadows: auto` goes by; in the order of enum auto_policy. */
 enum config_auto { CONFIG_AUTO_RASTER, CONFIG_AUTO_MEASURED, CONFIG_AUTO_RAYTRACED };
 
-enum config_action { CONFIG_SERVE, CONFIG_CHECK, CONFIG_PRINT, CONFIG_VERSION, CONFIG_HELP };
+enum config_action {
+    CONFIG_SERVE,
+    CONFIG_CHECK,
+    CONFIG_PRINT,
+    CONFIG_BACKUP,
+    CONFIG_VERSION,
+    CONFIG_HELP
+};
 
 /* In the order of enum renderer_selftest, after its first. */
 enum config_self_test { CONFIG_SELF_TEST_AUTO, CONFIG_SELF_TEST_ALWAYS };
@@ -35,6 +42,7 @@ enum config_compression {
 /* Fixed size, so it is handed down by const pointer and freed by nobody. */
 struct config {
     enum config_action action;
+    char backup_file[CONFIG_PATH_BYTES]; /* of CONFIG_BACKUP */
     char listen[CONFIG_TEXT_BYTES];      /* HOST:PORT as given */
     char listen_host[CONFIG_TEXT_BYTES]; /* its host, without brackets */
     struct sockaddr_storage address;     /* resolved; port 0 = the system chooses */

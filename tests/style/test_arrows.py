@@ -118,7 +118,7 @@ ROOMS = {
         " renderer/import/import.h renderer/scene/scene.h",
     # the worker
     "server/worker": "server/base server/mapping renderer",
-    "server/main.c": "server/base server/routes server/decoder server/worker",
+    "server/main.c": "server/base server/jobs server/routes server/decoder server/worker",
 }
 
 GL = {"epoxy", "renderer/gl", "renderer/textures", "renderer/draw", "renderer/window",
@@ -166,7 +166,7 @@ HOMES = [
     ("EGL/*", []),
     ("jansson.h", ["protocol/*", "glb/*", "server/*", "clients/*", "tests/*"]),
     ("seccomp.h", ["server/decoder/sandbox.c"]),
-    ("sqlite3.h", ["server/jobs/job_store.c"]),
+    ("sqlite3.h", ["server/jobs/job_store.c", "server/jobs/job_backup.c"]),
     ("archive*.h", ["server/routes/job_archive.c"]),
     ("ini.h", ["server/base/config.c"]),
     ("wslay/*", ["server/http/websocket.c"]),
