@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "protocol/json_read.h"
@@ -262,7 +263,7 @@ static json_t *write_bytes(const struct frame_stats *stats)
     return json_writer_take(&writer);
 }
 
-static json_t *write_error(const struct frame_stats *stats)
+json_t *frame_stats_error_to_json(const struct frame_stats *stats)
 {
     if (!stats->has_error)
         return json_null();
@@ -344,7 +345,7 @@ json_t *frame_stats_to_json(const struct frame_stats *stats)
     json_put_integer(&writer, "resident_bytes", stats->resident_bytes);
     json_put(&writer, "reused",
              write_texts(stats->reused[0], sizeof stats->reused[0], stats->reused_count));
-    json_put(&writer, "error", write_error(stats));
+    json_put(&writer, "error", frame_stats_error_to_json(stats));
     json_put(&writer, "chosen", write_chosen(&stats->chosen));
     json_put(&writer, "warnings",
              write_texts(stats->warnings[0], sizeof stats->warnings[0], stats->warning_count));
@@ -453,6 +454,24 @@ static bool read_error(const struct json_node *node, struct frame_stats *stats)
     stats->error_source = (enum frame_error_source)index;
     stats->has_error = true;
     return true;
+}
+
+bool frame_promise_take_error(struct frame_promise *promise, json_t *json, struct error *err)
+{
+    if (!json || json_is_null(json))
+        return true;
+    struct frame_stats *stated = calloc(1, sizeof *stated);
+    if (!stated)
+        return error_set(err, ERROR_NO_MEMORY, "error of a frame");
+    const struct json_node node = json_root(json, err);
+    bool is_good = read_error(&node, stated);
+    if (is_good && stated->has_error && stated->error_source != FRAME_ERROR_EXACT) {
+        promise->has_error = true;
+        promise->rmse = stated->error_value;
+        promise->source = stated->error_source;
+    }
+    free(stated);
+    return is_good;
 }
 
 static bool read_chosen(const struct json_node *node, struct frame_stats_chosen *chosen)

@@ -140,6 +140,14 @@ void frame_stats_promise(struct frame_stats *stats, const struct frame_promise *
  * that is more than half as much again as was expected and, where a time was asked for, as that. */
 void frame_stats_judge(struct frame_stats *stats, double budget_ms);
 
+/* The member "error" by itself, null where there is none. A new reference; NULL only when memory
+ * runs out. */
+MUST_CHECK json_t *frame_stats_error_to_json(const struct frame_stats *stats);
+/* Takes an error that was stated before the frame into its promise; an exact one is left out, since
+ * each frame knows by itself whether it is exact. json: that member, or NULL; false: it is none. */
+MUST_CHECK bool frame_promise_take_error(struct frame_promise *promise, json_t *json,
+                                         struct error *err);
+
 /* A new reference, or malloc'ed text; NULL only when memory runs out. */
 MUST_CHECK json_t *frame_stats_to_json(const struct frame_stats *stats);
 MUST_CHECK char *frame_stats_to_json_text(const struct frame_stats *stats);

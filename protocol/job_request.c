@@ -357,7 +357,7 @@ static bool read_root(const struct json_node *root, struct job_request *request)
     static const char *const known[] = {
         "name",      "scene",       "view",    "frames",        "frame_rate", "animate",
         "turntable", "camera_path", "outputs", "priority",      "attempts",   "frame_timeout_s",
-        "paused",    "directory",   "after",   "after_failure", NULL};
+        "paused",    "directory",   "after",   "after_failure", "provenance", NULL};
     if (!json_expect_object(root, known))
         return false;
     struct json_node name = json_member(root, "name"), frames = json_member(root, "frames");
@@ -370,6 +370,8 @@ static bool read_root(const struct json_node *root, struct job_request *request)
     struct json_node timeout = json_member(root, "frame_timeout_s");
     struct json_node paused = json_member(root, "paused");
     struct json_node directory = json_member(root, "directory");
+    struct json_node provenance = json_member(root, "provenance");
+    bool has_provenance = true;
     bool animates = frames.value; /* one picture shows the time that the view says */
     if (!read_view(root, request) || !read_job_name(&name, request) ||
         !read_frames(&frames, request) ||
@@ -380,9 +382,10 @@ static bool read_root(const struct json_node *root, struct job_request *request)
         !json_read_int(&attempts, 1, JOB_ATTEMPTS_MAX, &request->attempts) ||
         !json_read_int(&timeout, 1, 86400, &request->frame_timeout_s) ||
         !json_read_bool(&paused, &request->is_paused) || !read_directory(&directory, request) ||
-        !read_after(root, request))
+        !read_after(root, request) || !json_read_bool(&provenance, &has_provenance))
         return false;
     request->is_still = !animates;
+    request->render.omits_provenance = !has_provenance;
     return true;
 }
 
@@ -440,7 +443,8 @@ static json_t *after_to_json(const struct job_request *request)
 
 json_t *job_request_to_json(const struct job_request *request)
 {
-    static const char *const not_of_a_view[] = {"outputs", "format", "quality_percent", "scene"};
+    static const char *const not_of_a_view[] = {"outputs", "format", "quality_percent",
+                                                "provenance", "scene"};
     struct json_writer writer = json_writer_begin();
     json_t *view = request_to_tree(&request->render), *outputs = json_array();
     bool has_failed = !outputs;
@@ -473,6 +477,7 @@ json_t *job_request_to_json(const struct job_request *request)
         json_put(&writer, "after", after_to_json(request));
         json_put_text(&writer, "after_failure", after_failure_name(request->after_failure));
     }
+    json_put_bool(&writer, "provenance", !request->render.omits_provenance);
     return json_writer_take(&writer);
 }
 

@@ -2,6 +2,7 @@
 /* Render requests: wire names, defaults, and release. */
 #include "protocol/render_request.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -75,6 +76,34 @@ const char *request_format_name(int format)
 bool request_quality_asks(const struct request_quality *quality)
 {
     return quality->max_error > 0 || quality->budget_ms > 0;
+}
+
+/* Where exact lists exceed the budget, the error that was asked for is allowed to them, too. */
+static void set_lists(struct request_quality *quality, const struct quality_setting *setting)
+{
+    bool has_lists = shadow_technique_has(setting->shadows, SHADOW_HAS_LISTS);
+    double error = quality->max_error > 0 ? quality->max_error : quality->shadow_fallback;
+    if (setting->shadow_compression > 0 || !has_lists)
+        quality->shadow_compression = setting->shadow_compression;
+    if (setting->shadow_prefilter > 1 || !has_lists)
+        quality->shadow_prefilter = setting->shadow_prefilter > 1 ? setting->shadow_prefilter : 1;
+    if (!has_lists)
+        quality->shadow_fallback = 0;
+    else if (quality->shadow_fallback <= 0 && error >= LIMIT_COMPRESSION_LEAST)
+        quality->shadow_fallback = fmin(error, LIMIT_COMPRESSION_MOST);
+}
+
+void request_quality_set(struct request_quality *quality, const struct quality_setting *setting)
+{
+    set_lists(quality, setting);
+    quality->shadows = setting->shadows;
+    if (setting->shadow_resolution) {
+        quality->shadow_resolution = setting->shadow_resolution;
+        quality->shadow_taps = setting->shadow_taps;
+    }
+    quality->samples = setting->samples;
+    quality->max_error = quality->budget_ms = 0;
+    quality->says_shadow_resolution = quality->says_shadow_taps = false;
 }
 
 void render_request_init_defaults(struct render_request *request)

@@ -12,6 +12,7 @@
 #include "protocol/lobe_members.h"
 #include "protocol/error.h"
 #include "protocol/limits.h"
+#include "protocol/quality_setting.h"
 #include "protocol/shadow_technique.h"
 #include "protocol/transparency.h"
 
@@ -273,7 +274,8 @@ struct render_request {
     struct request_quality quality;
     uint32_t outputs; /* bit set of 1u << enum request_output, never empty */
     enum request_format format;
-    int quality_percent; /* of JPEG and WebP, [1, 100]; 0 = 90 */
+    int quality_percent;   /* of JPEG and WebP, [1, 100]; 0 = 90 */
+    bool omits_provenance; /* of the image's file: protocol/provenance.h */
 };
 
 /* 1280x720, default camera, scene lights, color. The scene id stays empty. */
@@ -291,6 +293,10 @@ void render_request_finish(struct render_request *request); /* accepts zeroed; z
 
 /* Whether the server shall choose what quality leaves open, by max_error or budget_ms. */
 bool request_quality_asks(const struct request_quality *quality);
+
+/* Puts a setting in the place of what quality leaves open; no target is left. Where exact lists
+ * exceed the budget of memory, the error that was asked for is allowed to them, too. */
+void request_quality_set(struct request_quality *quality, const struct quality_setting *setting);
 
 /* False when there are more scenes than LIMIT_PART_SCENES: then the first ones. */
 bool render_request_resources(const struct render_request *request,

@@ -340,10 +340,14 @@ static bool read_format(const struct json_node *root, struct render_request *req
     const struct json_choice choice = {.name = request_format_name, .first = REQUEST_FORMAT_PNG};
     struct json_node format = json_member(root, "format");
     struct json_node quality = json_member(root, "quality_percent");
+    struct json_node provenance = json_member(root, "provenance");
     int index = REQUEST_FORMAT_ANY;
+    bool has_provenance = true;
     if (!json_read_choice(&format, &choice, &index) ||
-        !json_read_int(&quality, 1, 100, &request->quality_percent))
+        !json_read_int(&quality, 1, 100, &request->quality_percent) ||
+        !json_read_bool(&provenance, &has_provenance))
         return false;
+    request->omits_provenance = !has_provenance;
     request->format = (enum request_format)index;
     bool is_lossless = index == REQUEST_FORMAT_PNG || index == REQUEST_FORMAT_EXR;
     if (quality.value && is_lossless)
@@ -461,12 +465,12 @@ static bool read_ground_plane(const struct json_node *node, struct request_groun
 
 /* Those of images first, then those that a view has, too. */
 static const char *const request_members[] = {
-    "output",       "outputs",     "format",    "quality_percent", "tile",         "scene",
-    "width",        "height",      "camera",    "lights",          "scene_lights", "overrides",
-    "parts",        "clip_planes", "animation", "background",      "exposure_ev",  "tone_mapping",
-    "environment",  "quality",     "highlight", "edges",           "variant",      "studio",
-    "ground_plane", NULL};
-enum { MEMBERS_OF_IMAGES = 5 };
+    "output",       "outputs",      "format",      "quality_percent", "provenance", "tile",
+    "scene",        "width",        "height",      "camera",          "lights",     "scene_lights",
+    "overrides",    "parts",        "clip_planes", "animation",       "background", "exposure_ev",
+    "tone_mapping", "environment",  "quality",     "highlight",       "edges",      "variant",
+    "studio",       "ground_plane", NULL};
+enum { MEMBERS_OF_IMAGES = 6 };
 
 const char *const *request_view_members(void)
 {

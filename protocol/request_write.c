@@ -351,6 +351,7 @@ json_t *request_to_tree(const struct render_request *request)
     json_put(&writer, "format",
              has_format ? json_text(request_format_name((int)request->format)) : json_null());
     json_put(&writer, "quality_percent", integer_or_null(request->quality_percent));
+    json_put_bool(&writer, "provenance", !request->omits_provenance);
     return json_writer_take(&writer);
 }
 
@@ -375,6 +376,7 @@ char *request_reference_text(json_t *members, const struct request_quality *qual
     json_put(&writer, "outputs", json_pack("[s]", request_output_name(REQUEST_OUTPUT_COLOR)));
     json_put(&writer, "format", json_null());
     json_put(&writer, "quality_percent", json_null());
+    json_put_bool(&writer, "provenance", false);
     json_put_text(&writer, "tone_mapping", request_tone_mapping_name(REQUEST_TONE_NEUTRAL));
     return json_take_dump(json_writer_take(&writer),
                           JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));

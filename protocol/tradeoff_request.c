@@ -47,7 +47,7 @@ static bool read_options(const struct json_node *node, struct tradeoff_options *
 /* What a render may say and a measurement may not. */
 static bool check_render(const struct json_node *root, struct tradeoff_request *request)
 {
-    static const char *const unused[] = {"format", "quality_percent"};
+    static const char *const unused[] = {"format", "quality_percent", "provenance"};
     struct request_quality *quality = &request->render.quality;
     struct json_node quality_node = json_member(root, "quality");
     struct json_node error = json_member(&quality_node, "max_error");

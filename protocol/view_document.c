@@ -47,6 +47,7 @@ static json_t *canonicalise(json_t *request, struct request_quality *quality, st
     json_object_del(canonical, "outputs");
     json_object_del(canonical, "format");
     json_object_del(canonical, "quality_percent");
+    json_object_del(canonical, "provenance");
     return canonical;
 }
 
@@ -194,7 +195,8 @@ static bool refuse_member(json_t *patch, const char *key, const char *why, struc
 static bool is_of_image(const char *key)
 {
     return strcmp(key, "output") == 0 || strcmp(key, "outputs") == 0 ||
-           strcmp(key, "format") == 0 || strcmp(key, "quality_percent") == 0;
+           strcmp(key, "format") == 0 || strcmp(key, "quality_percent") == 0 ||
+           strcmp(key, "provenance") == 0;
 }
 
 /* Whether a member of a patch names lights one by one, instead of being all of them. */
@@ -740,6 +742,7 @@ char *view_document_frame(const struct view_document *document, const struct vie
     json_put(&writer, "format", json_string(request_format_name((int)frame->format)));
     json_put(&writer, "quality_percent",
              frame->quality_percent ? json_integer(frame->quality_percent) : json_null());
+    json_put_bool(&writer, "provenance", false);
     if (frame->is_moving || frame->is_refined || request_quality_asks(&document->quality)) {
         const struct request_quality quality = frame->is_moving ? moving_quality(&document->quality)
                                                : frame->is_refined

@@ -2,12 +2,17 @@
 /* A request is kept as canonical text, so that equal requests have equal notes. */
 #include "clients/vitrail/image_note.h"
 
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "clients/vitrail/json_text.h"
 #include "clients/vitrail/resource.h"
+#include "protocol/provenance_file.h"
 
 static char *note_path(const char *path)
 {
@@ -83,6 +88,66 @@ json_t *image_note_read(const char *path, struct failure *failure)
     if (!name)
         fail_no_memory(failure);
     free(name);
+    return note;
+}
+
+/* The provenance inside an image file; NULL: it has none. */
+static json_t *read_provenance(const char *path)
+{
+    struct stat info;
+    const char *text;
+    size_t length;
+    json_t *found = NULL;
+    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    bool is_file = fd >= 0 && fstat(fd, &info) == 0 && S_ISREG(info.st_mode) && info.st_size > 0;
+    void *bytes =
+        is_file ? mmap(NULL, (size_t)info.st_size, PROT_READ, MAP_PRIVATE, fd, 0) : MAP_FAILED;
+    if (bytes != MAP_FAILED) {
+        if (provenance_find(bytes, (size_t)info.st_size, &text, &length))
+            found = json_loadb(text, length, 0, NULL);
+        munmap(bytes, (size_t)info.st_size);
+    }
+    if (fd >= 0)
+        close(fd);
+    return found;
+}
+
+/* Takes the provenance. */
+static json_t *note_of_provenance(json_t *found, struct failure *failure)
+{
+    static const char vitrail[] = "Vitrail ";
+    const char *software = json_string_value(json_object_get(found, "software"));
+    char *request = canonical(json_object_get(found, "request"));
+    bool is_ours = request && software && !strncmp(software, vitrail, sizeof vitrail - 1);
+    json_t *note = is_ours ? json_pack("{s:s,s:O*,s:s,s:O*,s:O*}", "request", request, "scene",
+                                       json_object_get(found, "scene"), "version",
+                                       software + sizeof vitrail - 1, "device",
+                                       json_object_get(found, "device"), "error",
+                                       json_object_get(found, "error"))
+                           : NULL;
+    if (is_ours && !note)
+        fail_no_memory(failure);
+    else if (!is_ours)
+        fail(failure, EXIT_CODE_NO_INPUT,
+             "the provenance in the image has no request: where one is too long for the file, "
+             "'vitrail render --note' keeps it beside the image");
+    free(request);
+    json_decref(found);
+    return note;
+}
+
+json_t *image_note_find(const char *path, struct failure *failure)
+{
+    struct failure no_note = {0};
+    json_t *note = image_note_read(path, &no_note);
+    json_t *inside = note ? NULL : read_provenance(path);
+    if (inside)
+        return note_of_provenance(inside, failure);
+    if (!note)
+        fail(failure, EXIT_CODE_NO_INPUT,
+             "'%s' holds no provenance of a vitrail server, and no note '%s.json' that can be "
+             "read is beside it",
+             path, path);
     return note;
 }
 

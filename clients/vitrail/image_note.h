@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Notes beside images, IMAGE.json: what an image shows and how it was made. By a note a later call
- * knows that an image is whole and of its request, and 'vitrail verify' makes it again. */
+/* Notes of images, IMAGE.json beside them or the provenance inside: what an image shows and how it
+ * was made. By a note beside it a later call knows that an image is whole and of its request; by
+ * either 'vitrail verify' makes it again. */
 #ifndef VITRAIL_CLIENTS_VITRAIL_IMAGE_NOTE_H
 #define VITRAIL_CLIENTS_VITRAIL_IMAGE_NOTE_H
 
@@ -20,6 +21,10 @@ bool image_note_write(struct session *session, const char *path, const json_t *r
 
 /* The note of an image; NULL with EXIT_CODE_NO_INPUT. */
 json_t *image_note_read(const char *path, struct failure *failure);
+
+/* The note beside an image, or what the image holds itself in the form of a note, which has no
+ * "sha256" and no "techniques"; NULL with EXIT_CODE_NO_INPUT where there is neither. */
+json_t *image_note_find(const char *path, struct failure *failure);
 
 /* Whether the image is there, whole and of this request, as its note says. */
 bool image_note_matches(struct session *session, const char *path, const json_t *request);

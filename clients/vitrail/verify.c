@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* vitrail verify: makes an image again by its note, and says what is different. */
+/* vitrail verify: makes an image again by its note or by the provenance that it holds, and says
+ * what is different. */
 #include <jansson.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "clients/vitrail/commands.h"
+#include "clients/vitrail/image_difference.h"
 #include "clients/vitrail/image_note.h"
 #include "clients/vitrail/json_text.h"
 #include "clients/vitrail/render_watch.h"
@@ -14,6 +16,7 @@
 struct verify_options {
     struct common_options common;
     const char *output;
+    bool show;
 };
 
 /* One image. Zeroed = nothing done. */
@@ -24,7 +27,10 @@ struct verify {
     json_t *note, *request;
     char *place; /* of the new image */
     char version[64];
-    json_t *now; /* its note */
+    char sha256[SCENE_ID_BYTES]; /* of the image */
+    json_t *now;                 /* the note of the new image */
+    bool is_same_file;
+    struct image_difference difference;
 };
 
 static const char *text_of(const json_t *note, const char *key)
@@ -37,19 +43,18 @@ static const char *text_of(const json_t *note, const char *key)
 
 static bool read_note(struct verify *verify, struct failure *failure)
 {
-    char sha256[SCENE_ID_BYTES];
-    verify->note = image_note_read(verify->path, failure);
-    if (!verify->note)
+    if (!(verify->note = image_note_find(verify->path, failure)))
         return false;
     verify->request = json_loads(text_of(verify->note, "request"), 0, NULL);
     if (!json_is_object(verify->request))
         return fail(failure, EXIT_CODE_NO_INPUT, "the note of '%s' names no request", verify->path);
-    if (!resource_hash(verify->session, verify->path, sha256, failure))
+    if (!resource_hash(verify->session, verify->path, verify->sha256, failure))
         return false;
-    return !strcmp(sha256, text_of(verify->note, "sha256")) ||
+    const char *noted = text_of(verify->note, "sha256");
+    return !noted[0] || !strcmp(verify->sha256, noted) ||
            fail(failure, EXIT_CODE_DIFFERENT,
                 "'%s' was changed after it was rendered: its SHA-256 is %s, and %s in its note",
-                verify->path, sha256, text_of(verify->note, "sha256"));
+                verify->path, verify->sha256, noted);
 }
 
 /* The report of the frame; NULL: none. */
@@ -94,25 +99,53 @@ static bool render_again(struct verify *verify, struct failure *failure)
 
 /* ---- the verdict ---- */
 
-/* Names of what the notes say differently, besides the image. */
-static json_t *differences(const struct verify *verify)
+/* Measures the pixels where the files differ. */
+static bool compare(struct verify *verify, struct failure *failure)
 {
-    static const char *const keys[] = {"version", "device", "techniques", "chosen", "error"};
-    json_t *found = json_object();
-    for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) {
-        json_t *then = json_object_get(verify->note, keys[i]);
-        json_t *now = json_object_get(verify->now, keys[i]);
-        bool is_choice = !strcmp(keys[i], "chosen"); /* its times differ each time */
-        if (is_choice) {
-            then = json_object_get(then, "shadows");
-            now = json_object_get(now, "shadows");
-        }
-        if (json_equal(then, now) || (!then && !now))
-            continue;
-        json_object_set_new(found, is_choice ? "chosen shadows" : keys[i],
+    const char *outputs[LIMIT_OUTPUTS + 1] = {0};
+    const json_t *output, *asked = json_object_get(verify->request, "outputs");
+    size_t i;
+    verify->is_same_file = !strcmp(verify->sha256, text_of(verify->now, "sha256"));
+    if (verify->is_same_file)
+        return true;
+    json_array_foreach(asked, i, output) if (json_array_size(asked) > 1 && i < LIMIT_OUTPUTS)
+        outputs[i] = json_string_value(output);
+    return image_difference_measure(verify->place, verify->path, outputs, &verify->difference,
+                                    failure);
+}
+
+/* What was chosen, or else what the request says. */
+static json_t *technique_of(const struct verify *verify, const json_t *note)
+{
+    json_t *chosen = json_object_get(json_object_get(note, "chosen"), "shadows");
+    return chosen ? chosen
+                  : json_object_get(json_object_get(verify->request, "quality"), "shadows");
+}
+
+static void add_difference(json_t *found, const char *name, json_t *then, json_t *now)
+{
+    if (!json_equal(then, now))
+        json_object_set_new(found, name,
                             json_pack("{s:O,s:O}", "then", then ? then : json_null(), "now",
                                       now ? now : json_null()));
+}
+
+/* What the notes say differently, by its names; besides the image. */
+static json_t *differences(const struct verify *verify)
+{
+    static const char *const always[] = {"version", "device"};
+    static const char *const where_told[] = {"techniques", "error"}; /* by both */
+    json_t *found = json_object(), *then = verify->note, *now = verify->now;
+    for (size_t i = 0; i < sizeof always / sizeof *always; i++)
+        add_difference(found, always[i], json_object_get(then, always[i]),
+                       json_object_get(now, always[i]));
+    for (size_t i = 0; i < sizeof where_told / sizeof *where_told; i++) {
+        json_t *told_then = json_object_get(then, where_told[i]);
+        json_t *told_now = json_object_get(now, where_told[i]);
+        if (told_then && !json_is_null(told_then) && told_now && !json_is_null(told_now))
+            add_difference(found, where_told[i], told_then, told_now);
     }
+    add_difference(found, "shadows", technique_of(verify, then), technique_of(verify, now));
     return found;
 }
 
@@ -123,19 +156,42 @@ static void print_text(const json_t *value)
     free(text);
 }
 
-static void print_verdict(const struct verify *verify, bool is_same, json_t *different)
+static json_t *number(double value)
 {
+    json_t *real = json_real(value);
+    return real ? real : json_null(); /* not finite */
+}
+
+static bool is_same(const struct verify *verify)
+{
+    return verify->is_same_file || verify->difference.share == 0;
+}
+
+static void print_json(const struct verify *verify, json_t *different)
+{
+    const struct image_difference *difference = &verify->difference;
+    json_t *result = json_pack(
+        "{s:s,s:b,s:b,s:s,s:s,s:{s:o,s:o,s:o},s:O}", "image", verify->path, "same", is_same(verify),
+        "same_file", verify->is_same_file, "sha256", verify->sha256, "sha256_now",
+        text_of(verify->now, "sha256"), "pixels", "differing_share", number(difference->share),
+        "rmse", number(difference->rmse), "max", number(difference->max), "differences", different);
+    json_print(result, true);
+    json_decref(result);
+}
+
+static void print_verdict(const struct verify *verify, json_t *different)
+{
+    const struct image_difference *difference = &verify->difference;
     const char *key;
     json_t *value;
-    if (verify->options->common.json) {
-        json_t *result = json_pack("{s:s,s:b,s:s,s:s,s:O}", "image", verify->path, "same", is_same,
-                                   "sha256", text_of(verify->note, "sha256"), "sha256_now",
-                                   text_of(verify->now, "sha256"), "differences", different);
-        json_print(result, true);
-        json_decref(result);
-        return;
-    }
-    printf("%s: %s\n", verify->path, is_same ? "the same to the bit" : "other pixels");
+    printf("%s: ", verify->path);
+    if (verify->is_same_file)
+        puts("the same to the bit");
+    else if (is_same(verify))
+        puts("the same pixels, in another file");
+    else
+        printf("other pixels: %.3g %% of the values, RMSE %.3g, at most %.3g\n",
+               100 * difference->share, difference->rmse, difference->max);
     json_object_foreach(different, key, value)
     {
         printf("  %s: ", key);
@@ -144,6 +200,21 @@ static void print_verdict(const struct verify *verify, bool is_same, json_t *dif
         print_text(json_object_get(value, "now"));
         puts(" now");
     }
+}
+
+static bool give_verdict(const struct verify *verify, struct failure *failure)
+{
+    json_t *different = differences(verify);
+    bool is_explained = json_object_size(different) > 0;
+    progress_hide(&verify->session->progress);
+    if (verify->options->common.json)
+        print_json(verify, different);
+    else if (!verify->options->common.quiet)
+        print_verdict(verify, different);
+    json_decref(different);
+    return is_same(verify) ||
+           fail(failure, EXIT_CODE_DIFFERENT, "the image made now has other pixels%s",
+                is_explained ? "" : ", and nothing that is known of both is different");
 }
 
 static bool verify_image(struct verify *verify, struct failure *failure)
@@ -156,30 +227,39 @@ static bool verify_image(struct verify *verify, struct failure *failure)
         verify->place = NULL;
         return fail_no_memory(failure);
     }
-    if (!render_again(verify, failure))
-        return false;
-    bool is_same = !strcmp(text_of(verify->note, "sha256"), text_of(verify->now, "sha256"));
-    json_t *different = differences(verify);
-    progress_hide(&verify->session->progress);
-    if (!verify->options->common.quiet)
-        print_verdict(verify, is_same, different);
-    bool is_explained = json_object_size(different) > 0;
-    json_decref(different);
+    bool is_ok =
+        render_again(verify, failure) && compare(verify, failure) && give_verdict(verify, failure);
     if (!output)
         remove(verify->place);
-    return is_same || fail(failure, EXIT_CODE_DIFFERENT, "the image made now has other pixels%s",
-                           is_explained ? "" : ", and nothing that its note tells is different");
+    return is_ok;
+}
+
+/* What is known of the image, without a server. */
+static bool show(struct verify *verify, struct failure *failure)
+{
+    verify->note = image_note_find(verify->path, failure);
+    json_t *request = json_loads(text_of(verify->note, "request"), 0, NULL);
+    if (request)
+        json_object_set_new(verify->note, "request", request);
+    if (verify->note)
+        json_print(verify->note, verify->options->common.json);
+    return verify->note;
+}
+
+static bool verify_on_server(struct verify *verify, struct failure *failure)
+{
+    struct session session = {0};
+    verify->session = &session;
+    bool is_ok =
+        session_begin(&session, &verify->options->common, failure) && verify_image(verify, failure);
+    session_end(&session);
+    return is_ok;
 }
 
 static bool verify_run(void *context, const struct text_list *operands, struct failure *failure)
 {
     struct verify verify = {.options = context, .path = operands->items[0]};
-    struct session session = {0};
-    verify.session = &session;
-    bool is_ok =
-        session_begin(&session, &verify.options->common, failure) && verify_image(&verify, failure);
-    progress_hide(&session.progress);
-    session_end(&session);
+    bool is_ok = verify.options->show ? show(&verify, failure) : verify_on_server(&verify, failure);
     json_decref(verify.note);
     json_decref(verify.request);
     json_decref(verify.now);
@@ -190,17 +270,20 @@ static bool verify_run(void *context, const struct text_list *operands, struct f
 static const struct option OPTIONS[] = {
     {OPTION_TEXT, "output-file", 'o', "FILE", "keep the image that is made now",
      offsetof(struct verify_options, output)},
+    {OPTION_FLAG, "show", 0, NULL, "print what is known of the image, and make nothing",
+     offsetof(struct verify_options, show)},
     {0},
 };
 
 const struct command COMMAND_VERIFY = {
     .name = "verify",
     .synopsis = "IMAGE",
-    .summary = "Make an image again by the note beside it, and say what is different",
-    .details = "IMAGE.json is the note, which 'vitrail render --note' and --skip-existing write:\n"
-               "the scene, the request, version, device, techniques and the stated error. The\n"
-               "server must have the scene. Exit code 3: the image was changed since, or has\n"
-               "other pixels now.",
+    .summary = "Make an image again by what it says of itself, and say what is different",
+    .details = "Images of renders and jobs hold how they were made: the scene, the request,\n"
+               "version, device, what was chosen and the stated error. A note beside the image,\n"
+               "IMAGE.json, which 'vitrail render --note' and --skip-existing write, goes first.\n"
+               "The server must have the scene. Exit code 3: the image was changed since, or\n"
+               "has other pixels now.",
     .options = OPTIONS,
     .is_remote = true,
     .operands_min = 1,

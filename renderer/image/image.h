@@ -53,6 +53,7 @@ struct image_encode_desc {
     enum image_format format;
     int quality;             /* JPEG and WebP, [1, 100]; 0 means 90; WebP 100 is lossless */
     const char *description; /* optional, borrowed; stored as ImageDescription, but in WebP */
+    const char *provenance;  /* optional, borrowed; as protocol/provenance_file.h has it in files */
 };
 
 /* Encodes into freshly malloc'ed memory that the caller frees. PNG takes U8 or U16, JPEG and WebP

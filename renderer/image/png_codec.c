@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "protocol/provenance_file.h"
+
 struct png_file {
     png_structp png;
     png_infop info;
@@ -52,52 +54,58 @@ static void flush_nothing(png_structp png)
     (void)png;
 }
 
-static void write_header(const struct png_file *file, const struct image *image, int level,
-                         const char *description)
+/* libpng copies the text. */
+static void write_text(const struct png_file *file, const char *keyword, const char *value)
+{
+    png_text text = {.compression = PNG_TEXT_COMPRESSION_NONE,
+                     .key = (char *)(uintptr_t)keyword,
+                     .text = (char *)(uintptr_t)value,
+                     .text_length = strlen(value)};
+    png_set_text(file->png, file->info, &text, 1);
+}
+
+static void write_header(const struct png_file *file, const struct image *image,
+                         const struct png_file_desc *desc)
 {
     static const int colors[] = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_COLOR_TYPE_RGB,
                                  PNG_COLOR_TYPE_RGB_ALPHA};
-    static char keyword[] = "Description";
-    png_set_compression_level(file->png, level);
+    png_set_compression_level(file->png, desc->level);
     png_set_filter(file->png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
     png_set_IHDR(file->png, file->info, (png_uint_32)image->width_px, (png_uint_32)image->height_px,
                  image->component == IMAGE_U16 ? 16 : 8, colors[image->channels - 1],
                  PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_set_sRGB_gAMA_and_cHRM(file->png, file->info, PNG_sRGB_INTENT_ABSOLUTE);
-    if (description) {
-        png_text text = {.compression = PNG_TEXT_COMPRESSION_NONE,
-                         .key = keyword,
-                         .text = (char *)(uintptr_t)description, /* libpng copies it */
-                         .text_length = strlen(description)};
-        png_set_text(file->png, file->info, &text, 1);
-    }
+    if (desc->description)
+        write_text(file, "Description", desc->description);
+    if (desc->provenance)
+        write_text(file, PROVENANCE_PNG_KEYWORD, desc->provenance);
     png_write_info(file->png, file->info);
     if (image->component == IMAGE_U16 && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__)
         png_set_swap(file->png);
 }
 
 /* False after a problem of libpng. Nothing here is to be freed. */
-static bool write_file(struct png_file *file, const struct image *image, int level,
-                       const char *description)
+static bool write_file(struct png_file *file, const struct image *image,
+                       const struct png_file_desc *desc)
 {
     size_t row = image_size_bytes(image) / (size_t)image->height_px;
     if (setjmp(png_jmpbuf(file->png))) /* NOLINT(cert-err52-cpp): libpng knows no other way */
         return false;
     png_set_write_fn(file->png, file, append, flush_nothing);
-    write_header(file, image, level, description);
+    write_header(file, image, desc);
     for (int y = 0; y < image->height_px; y++)
         png_write_row(file->png, (png_const_bytep)image->pixels + (size_t)y * row);
     png_write_end(file->png, file->info);
     return true;
 }
 
-bool png_file_encode(const struct image *image, int level, const char *description, void **bytes,
+bool png_file_encode(const struct image *image, const struct png_file_desc *desc, void **bytes,
                      size_t *size_bytes, struct error *err)
 {
     struct png_file file = {0};
     file.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &file, keep_problem, ignore_warning);
     file.info = file.png ? png_create_info_struct(file.png) : NULL;
-    bool is_done = file.info && write_file(&file, image, level, description);
+    bool is_done = file.info && write_file(&file, image, desc);
     if (!file.info || file.is_out_of_memory)
         error_set(err, ERROR_NO_MEMORY, "png of %d x %d", image->width_px, image->height_px);
     else if (!is_done)

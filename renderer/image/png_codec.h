@@ -6,9 +6,14 @@
 
 #include "renderer/image/image.h"
 
-/* image: U8 or U16 with 1 to 4 channels, straight alpha, taken as sRGB. level: of zlib, [0, 9].
- * description: optional; stored as text with the keyword Description. *bytes is malloc'ed. */
-MUST_CHECK bool png_file_encode(const struct image *image, int level, const char *description,
+struct png_file_desc {
+    int level;               /* of zlib, [0, 9] */
+    const char *description; /* optional; a text with the keyword Description */
+    const char *provenance;  /* optional; a text with PROVENANCE_PNG_KEYWORD */
+};
+
+/* image: U8 or U16 with 1 to 4 channels, straight alpha, taken as sRGB. *bytes is malloc'ed. */
+MUST_CHECK bool png_file_encode(const struct image *image, const struct png_file_desc *desc,
                                 void **bytes, size_t *size_bytes, struct error *err);
 
 #endif

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <webp/decode.h>
 #include <webp/encode.h>
+#include <webp/mux.h>
 
 enum {
     /* Of 0 to 6: near the size of 4 in half its time, for frames that are looked at once. */
@@ -46,29 +47,56 @@ static bool encode_picture(const struct image *image, WebPConfig *config, WebPPi
     return true;
 }
 
-bool webp_encode(const struct image *image, int quality, void **bytes, size_t *size_bytes,
-                 struct error *err)
+/* The file with the packet in it. */
+static bool add_xmp(const WebPMemoryWriter *memory, const struct webp_file_desc *desc,
+                    WebPData *file)
+{
+    const WebPData pixels = {memory->mem, memory->size};
+    const WebPData packet = {(const uint8_t *)desc->xmp, desc->xmp_bytes};
+    WebPMux *mux = WebPMuxCreate(&pixels, 0);
+    bool is_done = mux && WebPMuxSetChunk(mux, "XMP ", &packet, 0) == WEBP_MUX_OK &&
+                   WebPMuxAssemble(mux, file) == WEBP_MUX_OK;
+    WebPMuxDelete(mux);
+    return is_done;
+}
+
+/* A copy for the caller's free(). */
+static bool take_bytes(const uint8_t *from, size_t size, void **bytes, size_t *size_bytes,
+                       struct error *err)
+{
+    *bytes = malloc(size ? size : 1);
+    if (!*bytes)
+        return error_set(err, ERROR_NO_MEMORY, "webp of %zu bytes", size);
+    memcpy(*bytes, from, size);
+    *size_bytes = size;
+    return true;
+}
+
+bool webp_encode(const struct image *image, const struct webp_file_desc *desc, void **bytes,
+                 size_t *size_bytes, struct error *err)
 {
     WebPConfig config;
     WebPPicture picture;
     WebPMemoryWriter memory;
+    WebPData file;
     if (image->width_px > WEBP_MAX_DIMENSION || image->height_px > WEBP_MAX_DIMENSION)
         return error_set(err, ERROR_NOT_ACCEPTABLE,
                          "webp holds images up to %d pixels a side, this is %d x %d",
                          WEBP_MAX_DIMENSION, image->width_px, image->height_px);
-    if (!configure(&config, quality) || !WebPPictureInit(&picture))
+    if (!configure(&config, desc->quality) || !WebPPictureInit(&picture))
         return error_set(err, ERROR_INTERNAL, "libwebp is of another version than its header");
+    WebPDataInit(&file);
     WebPMemoryWriterInit(&memory);
     picture.writer = WebPMemoryWrite;
     picture.custom_ptr = &memory;
     bool is_done = encode_picture(image, &config, &picture, err);
     WebPPictureFree(&picture);
-    if (is_done && !(*bytes = malloc(memory.size ? memory.size : 1)))
-        is_done = error_set(err, ERROR_NO_MEMORY, "webp of %zu bytes", memory.size);
-    if (is_done) {
-        memcpy(*bytes, memory.mem, memory.size);
-        *size_bytes = memory.size;
-    }
+    if (is_done && desc->xmp && !add_xmp(&memory, desc, &file))
+        is_done = error_set(err, ERROR_NO_MEMORY, "webp with %zu bytes of XMP", desc->xmp_bytes);
+    const uint8_t *from = desc->xmp ? file.bytes : memory.mem;
+    size_t size = desc->xmp ? file.size : memory.size;
+    is_done = is_done && take_bytes(from, size, bytes, size_bytes, err);
+    WebPDataClear(&file);
     WebPMemoryWriterClear(&memory);
     return is_done;
 }

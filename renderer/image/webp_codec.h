@@ -7,9 +7,15 @@
 
 #include "renderer/image/image.h"
 
-/* image: U8 with 3 or 4 channels, straight alpha. quality: [1, 100], 100 is lossless. */
-MUST_CHECK bool webp_encode(const struct image *image, int quality, void **bytes,
-                            size_t *size_bytes, struct error *err);
+struct webp_file_desc {
+    int quality;     /* [1, 100], 100 is lossless */
+    const char *xmp; /* a packet that the file holds; or NULL */
+    size_t xmp_bytes;
+};
+
+/* image: U8 with 3 or 4 channels, straight alpha. *bytes is malloc'ed. */
+MUST_CHECK bool webp_encode(const struct image *image, const struct webp_file_desc *desc,
+                            void **bytes, size_t *size_bytes, struct error *err);
 
 /* Into *image (initialised here), U8 RGBA with straight alpha. Animations give an error. */
 MUST_CHECK bool webp_decode(const void *bytes, size_t size_bytes, struct image *image,

@@ -30,6 +30,8 @@ void render_task_destroy(struct render_task *task)
     json_decref(task->outcome.answer);
     json_decref(task->question);
     json_decref(task->offer);
+    json_decref(task->stated_error);
+    json_decref(task->asked_quality);
     free(task);
 }
 

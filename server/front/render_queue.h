@@ -46,6 +46,9 @@ struct render_task {
     int64_t queued_us;  /* set when queued */
     int crashes;        /* workers that died on it */
     json_t *offer; /* owned; for the worker's choice (server/mapping/choice_offer.h), or NULL */
+    /* Of a frame whose job has chosen before; owned, or NULL: the error that was stated then, and
+     * the quality that the job was asked for and that the file tells. */
+    json_t *stated_error, *asked_quality;
     /* Owned; NULL: a render. What is asked of the worker instead (server/worker/measure.h,
      * server/worker/explain.h, server/worker/pick.h): once, and its failure says nothing about the
      * scene. */

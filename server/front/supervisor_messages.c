@@ -293,12 +293,13 @@ static json_t *list_parts(const struct render_task *task)
 static bool send_task(struct supervisor *supervisor, struct render_task *task)
 {
     json_t *message = json_pack(
-        "{s:s,s:I,s:s,s:b,s:s,s:b,s:b,s:o,s:s,s:O*,s:O*,s:o*}", "op",
+        "{s:s,s:I,s:s,s:b,s:s,s:b,s:b,s:o,s:s,s:O*,s:O*,s:O*,s:O*,s:o*}", "op",
         task->question ? "ask" : "render", "id", (json_int_t)task->ticket, "scene", task->scene,
         "urgent", task->priority == RENDER_INTERACTIVE, "format", image_format_name(task->format),
         "reuse", task->expects_reuse, "coarse", task->may_be_coarse, "parts", list_parts(task),
         "environment", task->resources.environment, "question", task->question, "offer",
-        task->offer, "forget", take_forgotten(supervisor));
+        task->offer, "stated_error", task->stated_error, "asked_quality", task->asked_quality,
+        "forget", take_forgotten(supervisor));
     int fds[IPC_FDS_MAX], fd_count = list_fds(task, fds);
     struct error problem = {0};
     bool is_sent = message && ipc_send(supervisor->worker.socket, message, fds, fd_count, &problem);

@@ -117,11 +117,12 @@ void farm_job_set_chosen(struct farm_job *job, char *chosen)
     job->record.chosen = chosen;
 }
 
-static void read_whole(const json_t *chosen, const char *key, int *value)
+static int whole_of(const json_t *chosen, const char *key)
 {
     const json_t *number = json_object_get(chosen, key);
-    if (json_is_integer(number) && json_integer_value(number) > 0)
-        *value = (int)json_integer_value(number);
+    return json_is_integer(number) && json_integer_value(number) > 0
+               ? (int)json_integer_value(number)
+               : 0;
 }
 
 /* All frames of a shot have the settings of its first one: they would flicker otherwise. */
@@ -129,19 +130,16 @@ static void apply_chosen(const struct farm_job *job, struct request_quality *qua
 {
     const json_t *chosen = json_object_get(job->chosen_json, "chosen");
     const char *name = json_string_value(json_object_get(chosen, "shadows"));
-    enum shadow_technique shadows = name ? shadow_technique_find(name) : SHADOWS_COUNT;
-    if (shadows == SHADOWS_COUNT)
-        return;
-    quality->shadows = shadows;
-    quality->max_error = quality->budget_ms = 0;
-    quality->says_shadow_resolution = quality->says_shadow_taps = false;
-    read_whole(chosen, "shadow_resolution", &quality->shadow_resolution);
-    read_whole(chosen, "shadow_taps", &quality->shadow_taps);
-    read_whole(chosen, "samples", &quality->samples);
-    read_whole(chosen, "shadow_prefilter", &quality->shadow_prefilter);
-    quality->shadow_compression = json_number_value(json_object_get(chosen, "shadow_compression"));
-    if (quality->shadow_compression > 0)
-        quality->shadow_fallback = 0;
+    const struct quality_setting setting = {
+        .shadows = name ? shadow_technique_find(name) : SHADOWS_COUNT,
+        .shadow_resolution = whole_of(chosen, "shadow_resolution"),
+        .shadow_taps = whole_of(chosen, "shadow_taps"),
+        .samples = whole_of(chosen, "samples"),
+        .shadow_compression = json_number_value(json_object_get(chosen, "shadow_compression")),
+        .shadow_prefilter = whole_of(chosen, "shadow_prefilter"),
+    };
+    if (setting.shadows != SHADOWS_COUNT)
+        request_quality_set(quality, &setting);
 }
 
 /* ---- frames ---- */

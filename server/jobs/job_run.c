@@ -171,6 +171,10 @@ static bool fill_task(struct jobs *jobs, const struct job_piece *piece, struct r
     task->priority = RENDER_BATCH;
     task->expects_reuse = job->request.frames.count > 1;
     task->is_of_job = true;
+    task->stated_error = json_incref(json_object_get(job->chosen_json, "error"));
+    const struct request_quality *asked = &job->request.render.quality;
+    if (job->chosen && !request_quality_asks(asked)) /* "auto", as in the first frame's file */
+        task->asked_quality = request_quality_to_tree(asked);
     task->limit_ms = 1000 * job->request.frame_timeout_s;
     return task->request_fd >= 0;
 }

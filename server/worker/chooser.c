@@ -184,36 +184,6 @@ static void promise_from(const struct quality_target *target, const struct choic
     explain(target, choice, source, is_warm, promise);
 }
 
-/* ---- applying ---- */
-
-/* Where exact lists exceed the budget, the error that was asked for is allowed to them, too. */
-static void apply_lists(struct request_quality *quality, const struct quality_setting *setting)
-{
-    bool has_lists = shadow_technique_has(setting->shadows, SHADOW_HAS_LISTS);
-    double error = quality->max_error > 0 ? quality->max_error : quality->shadow_fallback;
-    if (setting->shadow_compression > 0 || !has_lists)
-        quality->shadow_compression = setting->shadow_compression;
-    if (setting->shadow_prefilter > 1 || !has_lists)
-        quality->shadow_prefilter = setting->shadow_prefilter > 1 ? setting->shadow_prefilter : 1;
-    if (!has_lists)
-        quality->shadow_fallback = 0;
-    else if (quality->shadow_fallback <= 0 && error >= LIMIT_COMPRESSION_LEAST)
-        quality->shadow_fallback = fmin(error, LIMIT_COMPRESSION_MOST);
-}
-
-static void apply(struct request_quality *quality, const struct quality_setting *setting)
-{
-    apply_lists(quality, setting);
-    quality->shadows = setting->shadows;
-    if (setting->shadow_resolution) {
-        quality->shadow_resolution = setting->shadow_resolution;
-        quality->shadow_taps = setting->shadow_taps;
-    }
-    quality->samples = setting->samples;
-    quality->max_error = quality->budget_ms = 0;
-    quality->says_shadow_resolution = quality->says_shadow_taps = false;
-}
-
 /* ---- auto without a target ---- */
 
 static const double SAME_ERROR = 1.1; /* a tenth more is seen by nobody */
@@ -323,7 +293,7 @@ static void choose_for_target(struct choosing *choosing, struct render_request *
         promise->bytes = choice.row->bytes;
         promise->is_warm = is_warm;
         promise->is_measured = source == SOURCE_VIEW;
-        apply(&request->quality, &choice.row->setting);
+        request_quality_set(&request->quality, &choice.row->setting);
     }
 }
 
@@ -366,13 +336,19 @@ bool chooser_choose_technique(struct renderer *renderer, const char *scene, stru
     return true;
 }
 
-bool chooser_digest(const struct render_request *request, char digest[DIGEST_TEXT_BYTES],
-                    struct error *err)
+bool chooser_digest(const struct render_request *request, const struct frame_promise *promise,
+                    char digest[DIGEST_TEXT_BYTES], struct error *err)
 {
-    char *text = render_request_to_json(request);
+    char *canonical = render_request_to_json(request), *text = canonical;
+    bool tells_error = promise->has_error && !request->omits_provenance;
+    if (canonical && tells_error &&
+        asprintf(&text, "%s %.17g %d", canonical, promise->rmse, (int)promise->source) < 0)
+        text = NULL;
     bool is_good = text ? digest_of(text, strlen(text), digest, err)
                         : error_set(err, ERROR_NO_MEMORY, "request");
-    free(text);
+    if (text != canonical)
+        free(text);
+    free(canonical);
     return is_good;
 }
 

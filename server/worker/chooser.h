@@ -38,8 +38,10 @@ MUST_CHECK bool chooser_choose_technique(struct renderer *renderer, const char *
                                          struct view *view, struct auto_choice *choice,
                                          struct error *err);
 
-/* Of the canonical request as it is drawn, which the front goes by for the picture's tag. */
-MUST_CHECK bool chooser_digest(const struct render_request *request, char digest[DIGEST_TEXT_BYTES],
+/* Of the canonical request as it is drawn, and of the promised error where the image's file tells
+ * it, which the front goes by for the picture's tag. */
+MUST_CHECK bool chooser_digest(const struct render_request *request,
+                               const struct frame_promise *promise, char digest[DIGEST_TEXT_BYTES],
                                struct error *err);
 
 /* What frames of this device and build taught, kept in the file at path (NULL: nowhere). NULL

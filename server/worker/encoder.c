@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <sys/resource.h>
 
+#include "protocol/provenance.h"
 #include "server/base/clock.h"
 #include "server/worker/frame_image.h"
 
@@ -29,22 +30,40 @@ void encode_task_destroy(struct encode_task *task)
         return;
     frame_finish(&task->frame);
     render_request_finish(&task->request);
+    json_decref(task->asked_quality);
     free(task->bytes);
     free(task);
+}
+
+/* How the image was made, for its file; *text is NULL where the request wants none. */
+static bool make_provenance(const struct encode_task *task, char **text, struct error *err)
+{
+    *text = NULL;
+    if (task->request.omits_provenance)
+        return true;
+    *text = provenance_make(&(struct provenance_desc){.request = &task->request,
+                                                      .asked_quality = task->asked_quality,
+                                                      .stats = &task->stats,
+                                                      .version = VITRAIL_VERSION});
+    return *text || error_set(err, ERROR_NO_MEMORY, "provenance");
 }
 
 static bool encode(struct encode_task *task, struct error *err)
 {
     struct image image = {0};
+    char *provenance = NULL;
     double began = now_fine_ms();
     bool is_good = frame_image_init(&image, &task->frame, &task->request, task->format, err) &&
+                   make_provenance(task, &provenance, err) &&
                    image_encode(&image,
                                 &(struct image_encode_desc){
                                     .format = task->format,
                                     .quality = task->request.quality_percent,
-                                    .description = "Rendered by Vitrail " VITRAIL_VERSION},
+                                    .description = "Rendered by Vitrail " VITRAIL_VERSION,
+                                    .provenance = provenance},
                                 &task->bytes, &task->size_bytes, err);
     image_finish(&image);
+    free(provenance);
     task->stats.timings_ms[FRAME_TIMING_ENCODE] = now_fine_ms() - began;
     return is_good;
 }

@@ -21,6 +21,7 @@ struct encode_task {
     struct encode_task *next;
     uint64_t id;
     struct render_request request;
+    json_t *asked_quality; /* owned; what its file says instead of the request's; or NULL */
     struct frame frame;
     struct frame_stats stats; /* all but encode, queue, total, id */
     struct metering metering;

@@ -237,8 +237,11 @@ static bool read_chosen(struct worker *worker, const struct ipc_message *message
     if (!read_request(worker, message, &task->request, err))
         return false;
     bool asks = request_quality_asks(&task->request.quality);
+    json_t *stated = json_object_get(message->json, "stated_error");
+    task->asked_quality = json_incref(json_object_get(message->json, "asked_quality"));
     return choose(worker, message, &task->request, &task->promise, err) &&
-           (!asks || chooser_digest(&task->request, task->drawn, err));
+           frame_promise_take_error(&task->promise, stated, err) &&
+           (!asks || chooser_digest(&task->request, &task->promise, task->drawn, err));
 }
 
 /* Submits a frame. If it is in flight afterwards, is_done is false and the renderer borrows the

@@ -67,11 +67,15 @@ class JobCameras(JobTest, CliServiceTest):
                                                              "interpolation": interpolation})
             self.assertEqual(4, len(set(found.values())), "frames 0 and 1, 4 and 5 are alike")
             for key in KEYS:
-                camera = {name: value for name, value in key.items() if name != "frame"}
+                camera = {"fov_y_deg": 45, **key}
+                del camera["frame"]
                 self.assertEqual(self.single(scene, camera=camera), found[key["frame"]], key)
             self.assertEqual([found[1], found[4]], [found[0], found[5]])
         between = {"eye": [1.15, 0.65, 2.5], "target": [0.3, 0.3, 0], "fov_y_deg": 37.5}
-        self.assertEqual(self.single(scene, camera=between), found[2], "half of the straight way")
+        found = self.pictures(scene, "2", provenance=False,
+                              camera_path={"keys": KEYS, "interpolation": "linear"})
+        self.assertEqual(self.single(scene, camera=between, provenance=False), found[2],
+                         "half of the straight way")
 
     def test_a_closed_path_comes_round(self):
         scene = self.daemon.push(support.triangle())

@@ -319,11 +319,19 @@ class Jobs(JobTest):
         view = {"width": 32, "height": 16, "quality": {"max_error": 0.05}}
         job = self.submit(scene, "1-5", view=view)
         found = self.wait(job)
+        says = [support.provenance(self.daemon.request(
+            "GET", f"/v1/jobs/{job}/frames/{frame}/color").body) for frame in range(1, 6)]
+        self.assertEqual([found["error"]] * 5, [one["error"] for one in says])
+        self.assertEqual([says[0]["request"]["quality"]] * 5,
+                         [one["request"]["quality"] for one in says])
+        job = self.submit(scene, "1-5", view=view, provenance=False)  # which tells the error, too
+        found = self.wait(job)
         self.assertTrue(found["chosen"]["because"])
         self.assertLessEqual(found["error"]["value"], 0.05)
         chosen = {key: found["chosen"][key] for key in ("shadows", "samples", "shadow_resolution",
                                                         "shadow_taps")}
-        single = self.daemon.render(scene, format="png", animation={"time_s": 4}, quality={
+        single = self.daemon.render(scene, format="png", provenance=False,
+                                    animation={"time_s": 4}, quality={
             key: value for key, value in chosen.items() if value is not None})
         self.assertEqual(single.body,
                          self.daemon.request("GET", f"/v1/jobs/{job}/frames/4/color").body)

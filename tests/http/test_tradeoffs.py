@@ -49,9 +49,9 @@ class TradeoffTest(support.ServiceTest):
     def measure(self, scene, **members):
         return self.end(self.begin(scene, **members))
 
-    def render(self, scene, **quality):
+    def render(self, scene, members=None, **quality):
         """The report of a frame of the view that begin() measures."""
-        reply = self.daemon.render(scene, **SMALL, quality=quality)
+        reply = self.daemon.render(scene, **SMALL, **(members or {}), quality=quality)
         self.assertEqual(200, reply.status, reply.body)
         link = reply.header("Link")
         return self.get(link[link.index("<") + 1 : link.index(">")]), reply
@@ -430,7 +430,8 @@ class Choosing(TradeoffTest):
     def test_the_image_is_that_of_the_chosen_setting(self):
         scene = self.daemon.push(scene_of("fake:slow=0", "f"))
         self.measure(scene)
-        frame, chosen = self.render(scene, max_error=0.03)
+        plain = {"provenance": False}  # which tells the error of the one and not of the other
+        frame, chosen = self.render(scene, plain, max_error=0.03)
         wanted = {
             k: v
             for k, v in frame["chosen"].items()
@@ -439,9 +440,22 @@ class Choosing(TradeoffTest):
         }
         if wanted["shadows"] in ("auto", "deep"):
             wanted["shadow_fallback"] = 0.03
-        other, said = self.render(scene, **wanted)
+        other, said = self.render(scene, plain, **wanted)
         self.assertIsNone(other["chosen"])
         self.assertEqual((chosen.body, chosen.header("ETag")), (said.body, said.header("ETag")))
+
+    def test_the_image_says_the_error_and_what_was_chosen(self):
+        scene = self.daemon.push(scene_of("fake:slow=0", "says"))
+        self.measure(scene)
+        frame, chosen = self.render(scene, max_error=0.03)
+        found = support.provenance(chosen.body)
+        self.assertAlmostEqual(frame["error"].pop("value"), found["error"].pop("value"), 12)
+        self.assertEqual(frame["error"], found["error"])
+        self.assertIsNone(found["request"]["quality"]["max_error"])
+        self.assertEqual(frame["chosen"]["shadows"], found["request"]["quality"]["shadows"])
+        _, said = self.render(scene, **found["request"]["quality"])
+        self.assertNotEqual(chosen.header("ETag"), said.header("ETag"))
+        self.assertEqual(found["request"], support.provenance(said.body)["request"])
 
     def test_a_picture_for_a_target_is_not_sent_twice(self):
         scene = self.daemon.push(scene_of("fake:slow=0", "twice"))

@@ -15,7 +15,8 @@ FOLDERS = {"server", "protocol", "renderer", "shaders", "glb", "clients", "tests
 ARROWS = {
     "protocol": {"protocol"},
     "renderer": {"renderer", "shaders", "protocol/error.h", "protocol/lobe_members.h",
-                 "protocol/quality_defaults.h", "protocol/quality_setting.h",
+                 "protocol/provenance_file.h", "protocol/quality_defaults.h",
+                 "protocol/quality_setting.h",
                  "protocol/report_counts.h", "protocol/scene_format.h",
                  "protocol/shadow_technique.h", "protocol/transparency.h"},
     "glb": {"glb", "protocol"},

@@ -12,9 +12,10 @@ from .client import Client
 from .errors import VitrailError
 from .image import Event, Frame, Image
 from .job import Job
+from .provenance import provenance
 from .upload import scene_id
 from .view import View, look_at, orbit
 
 __all__ = ["Client", "Event", "Frame", "Image", "Job", "View", "VitrailError", "look_at",
-           "orbit", "scene_id"]
+           "orbit", "provenance", "scene_id"]
 __version__ = "0.1.0"

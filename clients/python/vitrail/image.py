@@ -7,6 +7,8 @@ import re
 from dataclasses import dataclass, field
 from typing import Any, Dict, Mapping, Optional, Union
 
+from .provenance import provenance
+
 _FRAME = re.compile(r"/v1/frames/([^>]+)>")
 
 
@@ -30,6 +32,11 @@ class Image:
     frame: Optional[str] = None  # id for Client.frame
     revision: Optional[int] = None  # of the view; None for a one-shot render
     timings_ms: Dict[str, float] = field(default_factory=dict)
+
+    @property
+    def provenance(self) -> Optional[Dict[str, Any]]:
+        """How it was made, as the file says; None for images of views."""
+        return provenance(self.data)
 
     def save(self, path: Union[str, "os.PathLike[str]"]) -> None:
         with open(path, "wb") as file:

@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: MIT */
+/* The text of an image's provenance. */
+#include "protocol/provenance.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "protocol/json_write.h"
+#include "protocol/provenance_file.h"
+#include "protocol/request_tree.h"
+
+/* The dump with each '<', '>' and '&' written as JSON's \u00xx: within texts is the only place that
+ * has one. Takes `text`. */
+static char *escape_markup(char *text)
+{
+    size_t found = 0;
+    for (const char *at = text; at && (at = strpbrk(at, "<>&")); at++)
+        found++;
+    if (found == 0)
+        return text;
+    char *escaped = malloc(strlen(text) + 5 * found + 1), *to = escaped;
+    for (const char *at = text; escaped && *at; at++)
+        if (strchr("<>&", *at))
+            to += sprintf(to, "\\u%04x", (unsigned)(unsigned char)*at);
+        else
+            *to++ = *at;
+    if (escaped)
+        *to = '\0';
+    free(text);
+    return escaped;
+}
+
+static char *dump(const struct provenance_desc *desc, json_t *of_request, size_t left_out_bytes)
+{
+    struct json_writer writer = json_writer_begin();
+    char software[64];
+    snprintf(software, sizeof software, "Vitrail %s", desc->version);
+    json_put_text(&writer, "software", software);
+    json_put_text(&writer, "device", desc->stats->device);
+    json_put_text(&writer, "scene", desc->request->scene);
+    json_put(&writer, "request", of_request);
+    if (left_out_bytes > 0)
+        json_put_integer(&writer, "request_bytes", left_out_bytes);
+    json_put(&writer, "error", frame_stats_error_to_json(desc->stats));
+    return escape_markup(json_take_dump(
+        json_writer_take(&writer), JSON_COMPACT | JSON_ENSURE_ASCII | JSON_REAL_PRECISION(17)));
+}
+
+char *provenance_make(const struct provenance_desc *desc)
+{
+    json_t *tree = request_to_tree(desc->request);
+    if (tree && desc->asked_quality)
+        json_object_set(tree, "quality", desc->asked_quality);
+    size_t bytes = tree ? json_dumpb(tree, NULL, 0, JSON_COMPACT | JSON_REAL_PRECISION(17)) : 0;
+    bool may_fit = bytes <= PROVENANCE_TEXT_MAX;
+    char *text = tree && may_fit ? dump(desc, json_incref(tree), 0) : NULL;
+    if (tree && (!may_fit || (text && strlen(text) > PROVENANCE_TEXT_MAX))) {
+        free(text);
+        text = dump(desc, json_null(), bytes);
+    }
+    json_decref(tree);
+    return text;
+}
