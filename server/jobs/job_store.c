@@ -9,7 +9,12 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { APPLICATION_ID = 0x56746a62 /* "Vtjb" */, VERSION = 3, PATH_BYTES = 4096 + 64 };
+enum {
+    APPLICATION_ID = 0x56746a62 /* "Vtjb" */,
+    VERSION = 3,
+    PATH_BYTES = 4096 + 64,
+    SEQUENCES_SKIPPED = 1000
+};
 
 struct job_store {
     const struct log *log;
@@ -277,6 +282,16 @@ static void load_files(sqlite3_stmt *rows, int64_t number, const struct job_visi
     sqlite3_reset(rows);
 }
 
+/* The numbers of changes that were told but not saved when the last server was killed are not given
+ * again. */
+static bool skip_sequences(struct job_store *store, struct error *err)
+{
+    char sql[128];
+    snprintf(sql, sizeof sql, "UPDATE job SET sequence = sequence + %d WHERE state IN (%d, %d)",
+             SEQUENCES_SKIPPED, FARM_JOB_QUEUED, FARM_JOB_RUNNING);
+    return execute(store, sql, err);
+}
+
 bool job_store_load(struct job_store *store, const struct job_visitor *visitor, struct error *err)
 {
     static const char all_jobs[] =
@@ -286,6 +301,9 @@ bool job_store_load(struct job_store *store, const struct job_visitor *visitor, 
         "SELECT position, state, attempts, ms, code, problem, sequence FROM frame WHERE job=?";
     static const char its_files[] =
         "SELECT position, output, size_bytes, digest FROM file WHERE job=?";
+    struct error problem = {0};
+    if (!skip_sequences(store, &problem)) /* such as a full disk, where a server still starts */
+        log_write(store->log, LOG_WARNING, "%s", problem.message);
     sqlite3_stmt *jobs = prepare(store, all_jobs, err);
     sqlite3_stmt *frames = prepare(store, its_frames, err);
     sqlite3_stmt *files = prepare(store, its_files, err);

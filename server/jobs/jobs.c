@@ -189,7 +189,8 @@ static bool change(struct jobs *jobs, const char *id, void *context,
     if (is_good) {
         before = job->record;
         is_good = apply(jobs, job, context, err);
-        jobs_note_change(jobs, job);
+        if (is_good)
+            jobs_note_change(jobs, job);
         after = job->record;
     }
     pthread_mutex_unlock(&jobs->mutex);
@@ -250,7 +251,7 @@ static bool retry_failed(struct jobs *jobs, struct farm_job *job, struct error *
         if (frame->state != FARM_FRAME_FAILED)
             continue;
         frame->attempts = 0;
-        frame->sequence = job->record.sequence + 1;
+        frame->sequence = ++job->record.sequence; /* one each: events are cut between numbers */
         farm_job_set_frame(job, i, FARM_FRAME_QUEUED);
     }
     job->record.state = job->record.started_s ? FARM_JOB_RUNNING : FARM_JOB_QUEUED;
@@ -407,6 +408,8 @@ json_t *jobs_changes(struct jobs *jobs, const char *id, uint32_t sequence)
     size_t count = 0;
     pthread_mutex_lock(&jobs->mutex);
     struct farm_job *job = jobs_find(jobs, id);
+    if (job && sequence > job->record.sequence) /* of no change of this job: all is news */
+        sequence = 0;
     uint64_t *keys =
         job && list && !jobs->is_stopping ? changed_frames(job, sequence, &count) : NULL;
     if (keys) {
