@@ -328,6 +328,7 @@ static void set_defaults(struct config *config, char **environment)
         .log_level = LOG_INFO,
         .automatic = CONFIG_AUTO_MEASURED,
         .device = "0",
+        .workers = 1,
     };
     default_state_dir(config->state_dir, environment);
     for (size_t i = 0; i < KEY_COUNT; i++)

@@ -14,6 +14,7 @@
 #include "server/base/log.h"
 
 enum { CONFIG_PATH_BYTES = 4096, CONFIG_TEXT_BYTES = 512, CONFIG_KEYS_MAX = 48 };
+enum { CONFIG_WORKERS_MAX = 16 };
 
 /* Scenes that wait to be warmed up; above it the least wanted one is dropped. */
 enum { WARM_UPS_MAX = 4 };
@@ -63,6 +64,7 @@ struct config {
     enum config_compression texture_compression; /* of colours beyond the budget */
     uint64_t max_upload_bytes;                   /* of one upload, all files */
     uint64_t decode_memory_bytes;                /* of one decoder */
+    int workers;                                 /* processes that render */
     char device[CONFIG_TEXT_BYTES];              /* what gl_device_parse takes; "0" chooses */
     bool no_warm_up;        /* stored scenes are not drawn before someone asks */
     int warm_at_start;      /* stored scenes drawn after a start, [0, WARM_UPS_MAX] */

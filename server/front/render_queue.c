@@ -63,20 +63,6 @@ struct render_task *render_queue_pop(struct render_queue *queue)
     return NULL;
 }
 
-struct render_task *render_queue_pop_urgent(struct render_queue *queue)
-{
-    const struct render_task *first = queue->first[RENDER_INTERACTIVE];
-    return first ? render_queue_remove(queue, first->ticket) : NULL;
-}
-
-struct render_task *render_queue_pop_patient(struct render_queue *queue)
-{
-    const struct render_task *first =
-        queue->first[RENDER_NORMAL] ? queue->first[RENDER_NORMAL] : queue->first[RENDER_BATCH];
-    bool must_wait = first && first->question && queue->first[RENDER_INTERACTIVE];
-    return first && !must_wait ? render_queue_remove(queue, first->ticket) : NULL;
-}
-
 struct render_task *render_queue_remove(struct render_queue *queue, uint64_t ticket)
 {
     for (int i = 0; i < RENDER_PRIORITY_COUNT; i++)

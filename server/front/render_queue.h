@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Renders waiting for the worker: bounded, by priority, then in the order they came. Not locked:
+/* Renders waiting for a worker: bounded, by priority, then in the order they came. Not locked:
  * its owner locks. */
 #ifndef VITRAIL_SERVER_FRONT_RENDER_QUEUE_H
 #define VITRAIL_SERVER_FRONT_RENDER_QUEUE_H
@@ -26,6 +26,7 @@ struct render_outcome {
                                       worker chose for a target; else "" */
     json_t *answer;                /* owned by the task; to a question, whose image is optional */
     double queue_ms;               /* from submission to the GL thread */
+    int worker;                    /* the number of the one that made it; 0: none did */
 };
 
 struct render_task {
@@ -55,6 +56,7 @@ struct render_task {
     json_t *question;
     int reference_fd; /* owned; of a measurement, -1: none */
     int limit_ms;     /* from its begin to its end; 0: that of the configuration */
+    int home; /* the number of the only worker that shall have it while that serves; 0: any */
     struct render_outcome outcome;
     void *context;
     /* Called once, on the thread that ends the task. */
@@ -76,11 +78,6 @@ MUST_CHECK bool render_queue_push(struct render_queue *queue, struct render_task
 /* Queues a retry as the first of its priority. */
 void render_queue_push_back(struct render_queue *queue, struct render_task *task);
 struct render_task *render_queue_pop(struct render_queue *queue); /* NULL when empty */
-/* The first task that is not interactive. NULL when there is none, or when it is a question while
- * interactive tasks wait: they could not preempt it. */
-struct render_task *render_queue_pop_patient(struct render_queue *queue);
-/* The first interactive task, or NULL. */
-struct render_task *render_queue_pop_urgent(struct render_queue *queue);
 /* Removes the task; NULL when it does not wait. */
 struct render_task *render_queue_remove(struct render_queue *queue, uint64_t ticket);
 const struct render_task *render_queue_find(const struct render_queue *queue, uint64_t ticket);

@@ -73,6 +73,14 @@ void supervisor_refuse_waiting(struct supervisor *supervisor, const struct error
         supervisor_refuse(supervisor, task, problem);
 }
 
+const struct error *supervisor_start_problem(const struct supervisor *supervisor)
+{
+    for (int i = 0; i < supervisor->slot_count; i++)
+        if (supervisor->slots[i].start_error.code == ERROR_NONE)
+            return NULL;
+    return &supervisor->slots[0].start_error;
+}
+
 bool supervisor_check_quarantine(const struct supervisor *supervisor,
                                  const struct render_task *task, struct error *err)
 {
@@ -84,6 +92,19 @@ bool supervisor_check_quarantine(const struct supervisor *supervisor,
 
 /* ---- life ---- */
 
+static bool init_slots(struct supervisor *supervisor)
+{
+    const struct config *config = supervisor->desc.config;
+    for (int i = 0; i < config->workers; i++) {
+        struct worker_slot *slot = &supervisor->slots[i];
+        if (!worker_slot_init(slot, i + 1, config->workers == 1))
+            return false;
+        slot->device = config->device;
+        supervisor->slot_count++;
+    }
+    return true;
+}
+
 struct supervisor *supervisor_create(const struct supervisor_desc *desc, struct error *err)
 {
     struct supervisor *supervisor = calloc(1, sizeof *supervisor);
@@ -94,8 +115,7 @@ struct supervisor *supervisor_create(const struct supervisor_desc *desc, struct 
     supervisor->desc = *desc;
     pthread_mutex_init(&supervisor->mutex, NULL);
     supervisor->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    supervisor->forgotten = json_array();
-    if (supervisor->wake_fd >= 0 && supervisor->forgotten)
+    if (supervisor->wake_fd >= 0 && init_slots(supervisor))
         supervisor->has_thread =
             pthread_create(&supervisor->thread, NULL, supervisor_run, supervisor) == 0;
     if (supervisor->has_thread)
@@ -119,9 +139,11 @@ void supervisor_stop(struct supervisor *supervisor)
     }
     struct error stopping = {ERROR_OVERLOADED, "the server is stopping", ""};
     pthread_mutex_lock(&supervisor->mutex);
-    struct worker_jobs *jobs = &supervisor->jobs;
-    while (jobs->count > 0)
-        supervisor_refuse(supervisor, jobs->list[--jobs->count].task, &stopping);
+    for (int i = 0; i < supervisor->slot_count; i++) {
+        struct worker_jobs *jobs = &supervisor->slots[i].jobs;
+        while (jobs->count > 0)
+            supervisor_refuse(supervisor, jobs->list[--jobs->count].task, &stopping);
+    }
     supervisor_refuse_waiting(supervisor, &stopping);
     warm_ups_drop(&supervisor->warm_ups, NULL);
     pthread_mutex_unlock(&supervisor->mutex);
@@ -133,8 +155,8 @@ void supervisor_destroy(struct supervisor *supervisor)
     if (!supervisor)
         return;
     supervisor_stop(supervisor);
-    json_decref(supervisor->forgotten);
-    free(supervisor->hopeless);
+    for (int i = 0; i < CONFIG_WORKERS_MAX; i++)
+        worker_slot_finish(&supervisor->slots[i]);
     if (supervisor->wake_fd >= 0)
         close(supervisor->wake_fd);
     pthread_mutex_destroy(&supervisor->mutex);
@@ -156,10 +178,11 @@ bool supervisor_submit(struct supervisor *supervisor, struct render_task *task, 
     bool is_good = true;
     task->queued_us = now_us();
     pthread_mutex_lock(&supervisor->mutex);
+    const struct error *problem = supervisor_start_problem(supervisor);
     if (supervisor->is_stopping || supervisor->is_draining)
         is_good = error_set(err, ERROR_OVERLOADED, "the server is stopping");
-    else if (supervisor->start_error.code != ERROR_NONE)
-        is_good = error_pass(err, &supervisor->start_error);
+    else if (problem)
+        is_good = error_pass(err, problem);
     else
         is_good = supervisor_check_quarantine(supervisor, task, err);
     if (is_good && !render_queue_push(&supervisor->queue, task, LIMIT_QUEUE_DEPTH))
@@ -181,17 +204,43 @@ void supervisor_warm_up(struct supervisor *supervisor, struct render_task *task)
     wake(supervisor);
 }
 
+/* The job with this ticket, on whichever worker; NULL: none has it. Under the mutex. */
+static struct worker_job *find_job(struct supervisor *supervisor, uint64_t ticket)
+{
+    for (int i = 0; i < supervisor->slot_count; i++) {
+        struct worker_jobs *jobs = &supervisor->slots[i].jobs;
+        int index = worker_jobs_find(jobs, ticket);
+        if (index >= 0)
+            return &jobs->list[index];
+    }
+    return NULL;
+}
+
+/* Likewise the newest with this request id. */
+static struct worker_job *find_job_of_request(struct supervisor *supervisor, const char *request_id)
+{
+    struct worker_job *newest = NULL;
+    for (int i = 0; i < supervisor->slot_count; i++) {
+        struct worker_jobs *jobs = &supervisor->slots[i].jobs;
+        int index = worker_jobs_find_request(jobs, request_id);
+        if (index >= 0 && (!newest || jobs->list[index].task->ticket > newest->task->ticket))
+            newest = &jobs->list[index];
+    }
+    return newest;
+}
+
 void supervisor_cancel(struct supervisor *supervisor, uint64_t ticket)
 {
     pthread_mutex_lock(&supervisor->mutex);
     struct render_task *task = render_queue_remove(&supervisor->queue, ticket);
-    int job = task ? -1 : worker_jobs_find(&supervisor->jobs, ticket);
+    struct worker_job *job = task ? NULL : find_job(supervisor, ticket);
+    bool is_with_worker = job != NULL;
     if (task)
         supervisor->totals.cancelled++;
-    if (job >= 0 && !supervisor->jobs.list[job].task->question)
-        supervisor->jobs.list[job].task->is_cancelled = true;
+    if (job && !job->task->question)
+        job->task->is_cancelled = true;
     pthread_mutex_unlock(&supervisor->mutex);
-    if (job >= 0)
+    if (is_with_worker)
         wake(supervisor);
     if (!task)
         return;
@@ -204,10 +253,10 @@ bool supervisor_get_progress(struct supervisor *supervisor, uint64_t ticket,
                              struct job_progress *progress)
 {
     pthread_mutex_lock(&supervisor->mutex);
-    int index = worker_jobs_find(&supervisor->jobs, ticket);
-    bool is_known = index >= 0 && supervisor->jobs.list[index].progress.stage[0];
+    const struct worker_job *job = find_job(supervisor, ticket);
+    bool is_known = job && job->progress.stage[0];
     if (is_known)
-        *progress = supervisor->jobs.list[index].progress;
+        *progress = job->progress;
     pthread_mutex_unlock(&supervisor->mutex);
     return is_known;
 }
@@ -235,9 +284,8 @@ bool supervisor_get_render(struct supervisor *supervisor, uint64_t ticket,
                            struct render_status *status)
 {
     pthread_mutex_lock(&supervisor->mutex);
-    int index = worker_jobs_find(&supervisor->jobs, ticket);
     bool is_known = read_status(render_queue_find(&supervisor->queue, ticket),
-                                index >= 0 ? &supervisor->jobs.list[index] : NULL, status);
+                                find_job(supervisor, ticket), status);
     pthread_mutex_unlock(&supervisor->mutex);
     return is_known;
 }
@@ -246,9 +294,8 @@ bool supervisor_find_render(struct supervisor *supervisor, const char *request_i
                             struct render_status *status)
 {
     pthread_mutex_lock(&supervisor->mutex);
-    int index = worker_jobs_find_request(&supervisor->jobs, request_id);
     bool is_known = read_status(render_queue_find_request(&supervisor->queue, request_id),
-                                index >= 0 ? &supervisor->jobs.list[index] : NULL, status);
+                                find_job_of_request(supervisor, request_id), status);
     pthread_mutex_unlock(&supervisor->mutex);
     return is_known;
 }
@@ -260,18 +307,25 @@ void supervisor_drain(struct supervisor *supervisor)
     pthread_mutex_unlock(&supervisor->mutex);
 }
 
+/* One under way is not to come back. */
+static void end_warm_ups(struct worker_slot *slot, const char *scene)
+{
+    for (int i = 0; i < slot->jobs.count; i++) {
+        struct render_task *task = slot->jobs.list[i].task;
+        if (warm_up_is_step(task->question) && strcmp(task->scene, scene) == 0)
+            task->is_cancelled = true;
+    }
+}
+
 void supervisor_forget_scene(struct supervisor *supervisor, const char *scene)
 {
     pthread_mutex_lock(&supervisor->mutex);
     quarantine_clear(&supervisor->quarantine, scene);
     warm_ups_drop(&supervisor->warm_ups, scene);
-    for (int i = 0; i < supervisor->jobs.count; i++) { /* one under way is not to come back */
-        struct render_task *task = supervisor->jobs.list[i].task;
-        if (warm_up_is_step(task->question) && strcmp(task->scene, scene) == 0)
-            task->is_cancelled = true;
+    for (int i = 0; i < supervisor->slot_count; i++) {
+        end_warm_ups(&supervisor->slots[i], scene);
+        worker_slot_forget(&supervisor->slots[i], scene);
     }
-    if (supervisor->state != WORKER_NONE)
-        json_array_append_new(supervisor->forgotten, json_string(scene));
     pthread_mutex_unlock(&supervisor->mutex);
     wake(supervisor);
 }
@@ -279,8 +333,8 @@ void supervisor_forget_scene(struct supervisor *supervisor, const char *scene)
 void supervisor_forget_environment(struct supervisor *supervisor, const char *id)
 {
     pthread_mutex_lock(&supervisor->mutex);
-    if (supervisor->state != WORKER_NONE)
-        json_array_append_new(supervisor->forgotten, json_string(id));
+    for (int i = 0; i < supervisor->slot_count; i++)
+        worker_slot_forget(&supervisor->slots[i], id);
     pthread_mutex_unlock(&supervisor->mutex);
     wake(supervisor);
 }
@@ -296,16 +350,56 @@ bool supervisor_is_ready(struct supervisor *supervisor, struct error *err)
 {
     pthread_mutex_lock(&supervisor->mutex);
     bool is_ready = false;
+    const struct error *problem = supervisor_start_problem(supervisor);
+    for (int i = 0; i < supervisor->slot_count; i++)
+        is_ready = is_ready || supervisor->slots[i].state == WORKER_READY;
     if (supervisor->is_draining || supervisor->is_stopping)
-        error_set(err, ERROR_OVERLOADED, "the server is stopping");
-    else if (supervisor->state == WORKER_READY)
-        is_ready = true;
-    else if (supervisor->start_error.code != ERROR_NONE)
-        error_pass(err, &supervisor->start_error);
-    else
+        is_ready = error_set(err, ERROR_OVERLOADED, "the server is stopping");
+    else if (!is_ready && problem)
+        error_pass(err, problem);
+    else if (!is_ready)
         error_set(err, ERROR_OVERLOADED, "the render worker is starting");
     pthread_mutex_unlock(&supervisor->mutex);
     return is_ready;
+}
+
+/* Sums of what each worker counts; of what they share (the program folder) the most that one saw.
+ * `learned` is that of all that serve; where they differ, which passes, a print that none has.
+ * Under the mutex. */
+static struct worker_totals sum_workers(const struct supervisor *supervisor)
+{
+    struct worker_totals sum = {0};
+    bool has_learned = false;
+    for (int i = 0; i < supervisor->slot_count; i++) {
+        const struct worker_slot *slot = &supervisor->slots[i];
+        const struct worker_totals *one = &slot->totals;
+        sum.starts += one->starts;
+        sum.crashes += one->crashes;
+        sum.timeouts += one->timeouts;
+        sum.programs_built += one->programs_built;
+        sum.programs_reused += one->programs_reused;
+        sum.programs_loaded += one->programs_loaded;
+        sum.timed += one->timed;
+        sum.timings_stopped += one->timings_stopped;
+        sum.gpu_used_bytes += one->gpu_used_bytes;
+        sum.cache_bytes += one->cache_bytes;
+        sum.cache_scenes += one->cache_scenes;
+        sum.cache_hits += one->cache_hits;
+        sum.cache_misses += one->cache_misses;
+        sum.cache_evictions += one->cache_evictions;
+        if (one->programs_kept_bytes > sum.programs_kept_bytes) {
+            sum.programs_kept = one->programs_kept;
+            sum.programs_kept_bytes = one->programs_kept_bytes;
+        }
+        sum.pid = sum.pid ? sum.pid : one->pid;
+        bool counts = slot->state == WORKER_READY || supervisor->slot_count == 1;
+        if (counts && has_learned && sum.learned != one->learned)
+            sum.learned = 31 * sum.learned + one->learned + (uint64_t)slot->number;
+        else if (counts)
+            sum.learned = one->learned;
+        has_learned = has_learned || counts;
+    }
+    return sum;
 }
 
 bool supervisor_get_device(struct supervisor *supervisor, struct device_capabilities *device)
@@ -313,8 +407,9 @@ bool supervisor_get_device(struct supervisor *supervisor, struct device_capabili
     pthread_mutex_lock(&supervisor->mutex);
     bool has_device = supervisor->has_device;
     *device = supervisor->device;
-    device->gpu_used_bytes = supervisor->totals.gpu_used_bytes;
-    device->automatic.learned = supervisor->totals.learned;
+    const struct worker_totals workers = sum_workers(supervisor);
+    device->gpu_used_bytes = workers.gpu_used_bytes;
+    device->automatic.learned = workers.learned;
     pthread_mutex_unlock(&supervisor->mutex);
     return has_device;
 }
@@ -334,8 +429,10 @@ struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor)
     pthread_mutex_lock(&supervisor->mutex);
     struct supervisor_totals totals = supervisor->totals;
     int64_t now = now_us();
+    totals.workers = sum_workers(supervisor);
     totals.waiting = supervisor->queue.count;
-    totals.in_flight = (uint64_t)supervisor->jobs.count;
+    for (int i = 0; i < supervisor->slot_count; i++)
+        totals.in_flight += (uint64_t)supervisor->slots[i].jobs.count;
     totals.quarantined = (uint64_t)quarantine_count(&supervisor->quarantine);
     totals.warm_ups.dropped = supervisor->warm_ups.dropped;
     totals.oldest_wait_s = 1e-6 * (double)(now - render_queue_oldest_us(&supervisor->queue, now));

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Owns the worker: starts it, feeds it renders, watches its deadlines, replaces it. Thread: any;
- * owns one thread.
+/* Owns the workers: starts them, feeds them renders, watches their deadlines, replaces them. Which
+ * one gets a render is in server/front/placement.h. Thread: any; owns one thread.
  *
  * A render whose worker dies or overruns its deadline is tried once more, then refused with
  * ERROR_RENDER_FAILED. Renders that the worker had not begun lose nothing. A scene that ends two
@@ -16,9 +16,10 @@
 #include "protocol/error.h"
 #include "server/base/config.h"
 #include "server/base/log.h"
-#include "server/front/worker_jobs.h"
 #include "server/front/render_queue.h"
 #include "server/front/warm_up.h"
+#include "server/front/worker_jobs.h"
+#include "server/front/worker_slot.h"
 
 struct supervisor;
 
@@ -34,7 +35,7 @@ struct supervisor_desc {
 };
 struct supervisor *supervisor_create(const struct supervisor_desc *desc, struct error *err);
 
-/* Refuses what waits and runs, and what comes later, with ERROR_OVERLOADED; ends the worker.
+/* Refuses what waits and runs, and what comes later, with ERROR_OVERLOADED; ends the workers.
  * Destroy does so, too, where it was not done before. Both accept NULL. */
 void supervisor_stop(struct supervisor *supervisor);
 void supervisor_destroy(struct supervisor *supervisor);
@@ -75,7 +76,7 @@ bool supervisor_find_render(struct supervisor *supervisor, const char *request_i
 /* Stop (or begin again) to take renders: submit answers ERROR_OVERLOADED while draining. */
 void supervisor_drain(struct supervisor *supervisor);
 
-/* The worker drops its copy of a deleted scene; a new upload of a scene ends its quarantine. */
+/* Workers drop their copies of a deleted scene; a new upload of a scene ends its quarantine. */
 void supervisor_forget_scene(struct supervisor *supervisor, const char *scene);
 /* Likewise of a deleted environment map. */
 void supervisor_forget_environment(struct supervisor *supervisor, const char *id);
@@ -97,19 +98,12 @@ struct supervisor_budgets supervisor_get_budgets(struct supervisor *supervisor);
 struct supervisor_totals {
     uint64_t rendered, failed, cancelled, retried;
     uint64_t answered; /* questions, such as steps of trade-offs; in none of the others */
-    uint64_t worker_starts, worker_crashes, worker_timeouts;
     uint64_t waiting, in_flight, quarantined;
     double oldest_wait_s;
     struct warm_up_totals warm_ups;
-    uint64_t overlapped; /* renders that began while an earlier one was being encoded */
-    uint64_t ahead;      /* renders that began while an earlier one was on the device */
-    uint64_t programs_built, programs_reused;    /* of shaders, by the worker that runs */
-    uint64_t programs_loaded;                    /* likewise: from the state directory */
-    uint64_t programs_kept, programs_kept_bytes; /* there */
-    uint64_t timed, timings_stopped;             /* runners-up of `auto`, by the worker that runs */
-    uint64_t learned; /* print of what `auto` goes by beside the device's speed; 0: nothing */
-    uint64_t gpu_used_bytes, cache_bytes, cache_scenes, cache_hits, cache_misses, cache_evictions;
-    int worker_pid; /* 0 = none */
+    uint64_t overlapped;          /* renders that began while an earlier one was being encoded */
+    uint64_t ahead;               /* renders that began while an earlier one was on the device */
+    struct worker_totals workers; /* of all; pid: of the first that runs */
 };
 struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor);
 

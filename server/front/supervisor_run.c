@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The supervisor's thread: a loop over one worker's messages, its deadlines and the queue. */
+/* The supervisor's thread: a loop over workers' messages, their deadlines and the queue. */
 #include <poll.h>
 #include <stdio.h>
 #include <sys/eventfd.h>
@@ -46,12 +46,33 @@ static void charge(struct supervisor *supervisor, struct render_task *task, cons
     supervisor_refuse(supervisor, task, &problem);
 }
 
+/* The slot's next start: at once after a worker that did something. Under the mutex. */
+static void plan_start(struct worker_slot *slot, bool may_be_soon)
+{
+    int doubled = slot->backoff_ms ? 2 * slot->backoff_ms : BACKOFF_MIN_MS;
+    slot->backoff_ms = may_be_soon ? 0 : doubled < BACKOFF_MAX_MS ? doubled : BACKOFF_MAX_MS;
+    slot->next_start_ms = slot->is_hopeless ? INT64_MAX : now_ms() + slot->backoff_ms;
+}
+
+/* Under the mutex. */
+static void note_failed_start(struct supervisor *supervisor, struct worker_slot *slot,
+                              const char *how)
+{
+    if (slot->start_error.code == ERROR_NONE)
+        error_set(&slot->start_error, ERROR_NO_DEVICE,
+                  "the render worker does not start: it ended with %s", how);
+    const struct error *problem = supervisor_start_problem(supervisor);
+    if (problem)
+        supervisor_refuse_waiting(supervisor, problem);
+}
+
 /* Requeues the jobs of a worker that ended, the culprit first, and plans the next start. Under the
  * mutex. */
-static void settle_end(struct supervisor *supervisor, const char *how, bool is_timeout)
+static void settle_end(struct supervisor *supervisor, struct worker_slot *slot, const char *how,
+                       bool is_timeout)
 {
-    struct worker_jobs *jobs = &supervisor->jobs;
-    bool is_of_device = supervisor_blame_device(supervisor, how, is_timeout);
+    struct worker_jobs *jobs = &slot->jobs;
+    bool is_of_device = supervisor_blame_device(supervisor, slot, how, is_timeout);
     int culprit = is_of_device ? -1 : worker_jobs_culprit(jobs, is_timeout);
     struct render_task *charged = culprit >= 0 ? jobs->list[culprit].task : NULL;
     if (charged)
@@ -60,44 +81,27 @@ static void settle_end(struct supervisor *supervisor, const char *how, bool is_t
         render_queue_push_back(&supervisor->queue, jobs->list[--jobs->count].task);
     if (charged)
         charge(supervisor, charged, how, is_timeout);
-    bool was_stable =
-        supervisor->state == WORKER_READY &&
-        (supervisor->has_rendered || charged || now_ms() - supervisor->state_ms > STABLE_MS);
-    int doubled = supervisor->backoff_ms ? 2 * supervisor->backoff_ms : BACKOFF_MIN_MS;
-    supervisor->backoff_ms = was_stable || is_of_device ? 0 /* there are not many devices */
-                             : doubled < BACKOFF_MAX_MS ? doubled
-                                                        : BACKOFF_MAX_MS;
-    supervisor->next_start_ms =
-        supervisor->is_hopeless ? INT64_MAX : now_ms() + supervisor->backoff_ms;
-    if (supervisor->state == WORKER_STARTING && !is_of_device) {
-        struct error problem = {0};
-        error_set(&problem, ERROR_NO_DEVICE, "the render worker does not start: it ended with %s",
-                  how);
-        if (supervisor->start_error.code == ERROR_NONE)
-            supervisor->start_error = problem;
-        supervisor_refuse_waiting(supervisor, &supervisor->start_error);
-    }
-    supervisor->state = WORKER_NONE;
-    supervisor->totals.worker_pid = 0;
-    supervisor->totals.gpu_used_bytes = supervisor->totals.cache_bytes =
-        supervisor->totals.cache_scenes = 0;
-    supervisor->totals.programs_built = supervisor->totals.programs_reused =
-        supervisor->totals.programs_loaded = 0;
-    supervisor->totals.timed = supervisor->totals.timings_stopped = 0;
+    bool was_stable = slot->state == WORKER_READY &&
+                      (slot->has_rendered || charged || now_ms() - slot->state_ms > STABLE_MS);
+    plan_start(slot, was_stable || is_of_device); /* there are not many devices */
+    if (slot->state == WORKER_STARTING && !is_of_device)
+        note_failed_start(supervisor, slot, how);
+    worker_slot_note_end(slot);
 }
 
-void supervisor_reap_worker(struct supervisor *supervisor, const char *reason, bool is_timeout)
+void supervisor_reap_worker(struct supervisor *supervisor, struct worker_slot *slot,
+                            const char *reason, bool is_timeout)
 {
     char how[96], end[64];
-    child_stop(&supervisor->worker, reason ? 0 : 1000, end, sizeof end);
+    child_stop(&slot->process, reason ? 0 : 1000, end, sizeof end);
     utf8_copy(how, sizeof how, reason ? reason : end);
-    log_write(supervisor->desc.log, LOG_WARNING, "the worker ended with %s", how);
+    log_write(supervisor->desc.log, LOG_WARNING, "%s ended with %s", slot->name, how);
     pthread_mutex_lock(&supervisor->mutex);
     if (is_timeout)
-        supervisor->totals.worker_timeouts++;
+        slot->totals.timeouts++;
     else
-        supervisor->totals.worker_crashes++;
-    settle_end(supervisor, how, is_timeout);
+        slot->totals.crashes++;
+    settle_end(supervisor, slot, how, is_timeout);
     pthread_mutex_unlock(&supervisor->mutex);
 }
 
@@ -117,7 +121,8 @@ static void name_cache_file(const struct config *config, const char *what, const
     snprintf(path, CACHE_PATH_BYTES, "%s/cache/%s-%s%s", config->state_dir, what, device, suffix);
 }
 
-static bool send_settings(struct supervisor *supervisor, struct error *err)
+static bool send_settings(struct supervisor *supervisor, struct worker_slot *slot,
+                          struct error *err)
 {
     const struct config *config = supervisor->desc.config;
     char speed_file[CACHE_PATH_BYTES], texture_file[CACHE_PATH_BYTES];
@@ -131,9 +136,9 @@ static bool send_settings(struct supervisor *supervisor, struct error *err)
     name_cache_file(config, "self-test", "", proof_file);
     json_t *settings = json_pack(
         "{s:s,s:o,s:s,s:s,s:s,s:I,s:I,s:I,s:i,s:i,s:I,s:s,s:s,s:I,s:i,s:s,s:s,s:i,s:s}", "op",
-        "configure", "passed_over", device_reasons_to_json(&supervisor->trials.devices),
+        "configure", "passed_over", device_reasons_to_json(&slot->trials.devices),
         "observations_file", observations_file, "budgets_file", budgets_file, "device",
-        config->device, "gpu_budget_bytes", (json_int_t)config->gpu_budget_bytes,
+        slot->device, "gpu_budget_bytes", (json_int_t)config->gpu_budget_bytes,
         "texture_budget_bytes", (json_int_t)config->texture_budget_bytes, "texture_upload_bytes",
         (json_int_t)config->texture_upload_bytes, "texture_upload_ms", config->texture_upload_ms,
         "texture_compression", (int)config->texture_compression, "cache_bytes",
@@ -142,33 +147,33 @@ static bool send_settings(struct supervisor *supervisor, struct error *err)
         (json_int_t)config->program_bytes, "auto", (int)config->automatic, "speed_file", speed_file,
         "texture_file", texture_file, "self_test", (int)config->self_test, "proof_file",
         proof_file);
-    bool is_sent = settings ? ipc_send(supervisor->worker.socket, settings, NULL, 0, err)
+    bool is_sent = settings ? ipc_send(slot->process.socket, settings, NULL, 0, err)
                             : error_set(err, ERROR_NO_MEMORY, "settings of the worker");
     json_decref(settings);
     return is_sent;
 }
 
-static void start_worker(struct supervisor *supervisor)
+static void start_worker(struct supervisor *supervisor, struct worker_slot *slot)
 {
     struct error problem = {0};
     char cache_dir[CONFIG_PATH_BYTES + sizeof "/cache"];
     snprintf(cache_dir, sizeof cache_dir, "%s/cache", supervisor->desc.config->state_dir);
-    if (child_start(&supervisor->worker, "worker", cache_dir, &problem) &&
-        (!ipc_set_timeout(supervisor->worker.socket, PEER_STALL_S, &problem) ||
-         !send_settings(supervisor, &problem)))
-        child_stop(&supervisor->worker, 0, NULL, 0);
+    if (child_start(&slot->process, "worker", cache_dir, &problem) &&
+        (!ipc_set_timeout(slot->process.socket, PEER_STALL_S, &problem) ||
+         !send_settings(supervisor, slot, &problem)))
+        child_stop(&slot->process, 0, NULL, 0);
     pthread_mutex_lock(&supervisor->mutex);
-    supervisor->state = WORKER_STARTING;
-    supervisor->state_ms = now_ms();
-    supervisor->has_rendered = false;
-    supervisor->is_resting = true; /* what warm-ups make is kept until someone has asked */
-    supervisor->totals.worker_starts++;
-    supervisor->totals.worker_pid = (int)supervisor->worker.pid;
-    json_array_clear(supervisor->forgotten); /* a fresh worker knows no scenes */
+    slot->state = WORKER_STARTING;
+    slot->state_ms = now_ms();
+    slot->has_rendered = false;
+    slot->is_resting = true; /* what warm-ups make is kept until someone has asked */
+    slot->totals.starts++;
+    slot->totals.pid = (int)slot->process.pid;
+    json_array_clear(slot->forgotten); /* a fresh worker knows no scenes */
     if (problem.code != ERROR_NONE) {
         error_wrap(&problem, "the render worker does not start");
-        supervisor->start_error = problem;
-        settle_end(supervisor, problem.message, false);
+        slot->start_error = problem;
+        settle_end(supervisor, slot, problem.message, false);
     }
     pthread_mutex_unlock(&supervisor->mutex);
 }
@@ -180,85 +185,121 @@ static int64_t timeout_ms(const struct supervisor *supervisor)
     return 1000ll * supervisor->desc.config->render_timeout_s;
 }
 
-static int start_limit_ms(const struct supervisor *supervisor)
+static int start_limit_ms(const struct worker_slot *slot)
 {
-    return supervisor->trials.current ? DEVICE_TRIAL_MS : START_MS;
+    return slot->trials.current ? DEVICE_TRIAL_MS : START_MS;
 }
 
 /* The limit of the job that a late worker is charged with. Under the mutex. */
-static int limit_s(const struct supervisor *supervisor)
+static int limit_s(const struct supervisor *supervisor, const struct worker_slot *slot)
 {
-    int culprit = worker_jobs_culprit(&supervisor->jobs, true);
-    if (supervisor->state == WORKER_STARTING || supervisor->trials.current || culprit < 0)
-        return start_limit_ms(supervisor) / 1000;
-    const struct worker_job *job = &supervisor->jobs.list[culprit];
+    int culprit = worker_jobs_culprit(&slot->jobs, true);
+    if (slot->state == WORKER_STARTING || slot->trials.current || culprit < 0)
+        return start_limit_ms(slot) / 1000;
+    const struct worker_job *job = &slot->jobs.list[culprit];
     return (int)(worker_job_limit_ms(job, timeout_ms(supervisor)) / 1000);
 }
 
 /* By when the worker must have said something. Under the mutex. */
-static int64_t next_deadline(const struct supervisor *supervisor)
+static int64_t next_deadline(const struct supervisor *supervisor, const struct worker_slot *slot)
 {
-    bool is_trying = supervisor->trials.current != 0; /* of one that serves: its speed */
-    return supervisor->state == WORKER_STARTING || is_trying
-               ? supervisor->state_ms + start_limit_ms(supervisor)
-               : worker_jobs_deadline(&supervisor->jobs, timeout_ms(supervisor),
-                                      supervisor->last_event_ms);
+    bool is_trying = slot->trials.current != 0; /* of one that serves: its speed */
+    return slot->state == WORKER_STARTING || is_trying
+               ? slot->state_ms + start_limit_ms(slot)
+               : worker_jobs_deadline(&slot->jobs, timeout_ms(supervisor), slot->last_event_ms);
 }
 
-/* Starts, feeds and checks the worker. Returns how long poll may sleep. */
-static int look_around(struct supervisor *supervisor)
+static void start_workers(struct supervisor *supervisor)
+{
+    for (int i = 0; i < supervisor->slot_count; i++) {
+        struct worker_slot *slot = &supervisor->slots[i];
+        pthread_mutex_lock(&supervisor->mutex);
+        bool must_start = slot->state == WORKER_NONE && now_ms() >= slot->next_start_ms;
+        pthread_mutex_unlock(&supervisor->mutex);
+        if (must_start)
+            start_worker(supervisor, slot);
+    }
+}
+
+/* Ends a worker that is deaf or late. Returns by when to look at it again. */
+static int64_t check_worker(struct supervisor *supervisor, struct worker_slot *slot)
 {
     pthread_mutex_lock(&supervisor->mutex);
-    bool must_start = supervisor->state == WORKER_NONE && now_ms() >= supervisor->next_start_ms;
-    pthread_mutex_unlock(&supervisor->mutex);
-    if (must_start)
-        start_worker(supervisor);
-    pthread_mutex_lock(&supervisor->mutex);
-    bool is_deaf = supervisor->state == WORKER_READY && !supervisor_feed_worker(supervisor);
-    int allowed_s = limit_s(supervisor);
-    int64_t now = now_ms();
+    bool is_deaf = slot->is_deaf;
+    int allowed_s = limit_s(supervisor, slot);
     int64_t until =
-        supervisor->state == WORKER_NONE ? supervisor->next_start_ms : next_deadline(supervisor);
-    bool is_late = supervisor->state != WORKER_NONE && now >= until;
-    int64_t due = supervisor_idle_due_ms(supervisor);
+        slot->state == WORKER_NONE ? slot->next_start_ms : next_deadline(supervisor, slot);
+    bool is_late = slot->state != WORKER_NONE && now_ms() >= until;
+    int64_t due = supervisor_idle_due_ms(supervisor, slot);
     pthread_mutex_unlock(&supervisor->mutex);
     if (is_deaf) {
-        supervisor_reap_worker(supervisor, NULL, false);
+        supervisor_reap_worker(supervisor, slot, NULL, false);
         return 0;
     }
     if (is_late) {
         char reason[64];
         snprintf(reason, sizeof reason, "a missed deadline of %d s", allowed_s);
-        supervisor_reap_worker(supervisor, reason, true);
+        supervisor_reap_worker(supervisor, slot, reason, true);
         return 0;
     }
-    int64_t left = (due < until ? due : until) - now;
+    return due < until ? due : until;
+}
+
+/* Starts, feeds and checks the workers. Returns how long poll may sleep. */
+static int look_around(struct supervisor *supervisor)
+{
+    int64_t until = INT64_MAX;
+    start_workers(supervisor);
+    pthread_mutex_lock(&supervisor->mutex);
+    supervisor_feed(supervisor);
+    pthread_mutex_unlock(&supervisor->mutex);
+    for (int i = 0; i < supervisor->slot_count; i++) {
+        int64_t due = check_worker(supervisor, &supervisor->slots[i]);
+        until = due < until ? due : until;
+    }
+    int64_t left = until - now_ms();
     return left > 60000 ? 60000 : left < 0 ? 0 : (int)left;
+}
+
+static bool must_stop(struct supervisor *supervisor)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    bool is_stopping = supervisor->is_stopping;
+    pthread_mutex_unlock(&supervisor->mutex);
+    return is_stopping;
+}
+
+/* Waits for other threads and for what workers say, and takes it in. */
+static void take_messages(struct supervisor *supervisor, int sleep_ms)
+{
+    struct pollfd fds[CONFIG_WORKERS_MAX + 1] = {{.fd = supervisor->wake_fd, .events = POLLIN}};
+    for (int i = 0; i < supervisor->slot_count; i++) {
+        const struct child *process = &supervisor->slots[i].process;
+        fds[i + 1] =
+            (struct pollfd){.fd = process->pid > 0 ? process->socket : -1, .events = POLLIN};
+    }
+    if (poll(fds, (nfds_t)supervisor->slot_count + 1, sleep_ms) <= 0)
+        return;
+    eventfd_t ignored;
+    if (fds[0].revents)
+        eventfd_read(supervisor->wake_fd, &ignored);
+    for (int i = 0; i < supervisor->slot_count; i++)
+        if (fds[i + 1].revents)
+            supervisor_receive(supervisor, &supervisor->slots[i]);
 }
 
 void *supervisor_run(void *argument)
 {
     struct supervisor *supervisor = argument;
-    for (;;) {
-        pthread_mutex_lock(&supervisor->mutex);
-        bool is_stopping = supervisor->is_stopping;
-        pthread_mutex_unlock(&supervisor->mutex);
-        if (is_stopping)
-            break;
+    while (!must_stop(supervisor)) {
         int sleep_ms = look_around(supervisor);
         supervisor_tell_ended(supervisor);
         supervisor_tell_hopeless(supervisor);
-        struct pollfd fds[2] = {{.fd = supervisor->wake_fd, .events = POLLIN},
-                                {.fd = supervisor->worker.socket, .events = POLLIN}};
-        if (poll(fds, supervisor->worker.pid > 0 ? 2 : 1, sleep_ms) <= 0)
-            continue;
-        eventfd_t ignored;
-        if (fds[0].revents)
-            eventfd_read(supervisor->wake_fd, &ignored);
-        if (fds[1].revents && supervisor->worker.pid > 0)
-            supervisor_receive(supervisor);
+        take_messages(supervisor, sleep_ms);
         supervisor_tell_ended(supervisor);
     }
-    child_stop(&supervisor->worker, supervisor->jobs.count > 0 ? 0 : 2000, NULL, 0);
+    for (int i = 0; i < supervisor->slot_count; i++)
+        child_stop(&supervisor->slots[i].process, supervisor->slots[i].jobs.count > 0 ? 0 : 2000,
+                   NULL, 0);
     return NULL;
 }

@@ -85,26 +85,29 @@ static json_t *worker_json(const struct service *service, const struct superviso
 {
     return json_pack(
         "{s:b,s:o,s:o,s:o,s:o,s:o,s:o}", "ready", supervisor_is_ready(service->supervisor, NULL),
-        "pid", totals->worker_pid ? json_integer(totals->worker_pid) : json_null(), "starts",
-        integer(totals->worker_starts), "crashes", integer(totals->worker_crashes), "timeouts",
-        integer(totals->worker_timeouts), "quarantined_scenes", integer(totals->quarantined),
-        "gpu_used_bytes", integer(totals->gpu_used_bytes));
+        "pid", totals->workers.pid ? json_integer(totals->workers.pid) : json_null(), "starts",
+        integer(totals->workers.starts), "crashes", integer(totals->workers.crashes), "timeouts",
+        integer(totals->workers.timeouts), "quarantined_scenes", integer(totals->quarantined),
+        "gpu_used_bytes", integer(totals->workers.gpu_used_bytes));
 }
 
 static json_t *cache_json(const struct supervisor_totals *totals)
 {
-    return json_pack("{s:o,s:o,s:o,s:o,s:o}", "bytes", integer(totals->cache_bytes), "scenes",
-                     integer(totals->cache_scenes), "hits", integer(totals->cache_hits), "misses",
-                     integer(totals->cache_misses), "evictions", integer(totals->cache_evictions));
+    return json_pack("{s:o,s:o,s:o,s:o,s:o}", "bytes", integer(totals->workers.cache_bytes),
+                     "scenes", integer(totals->workers.cache_scenes), "hits",
+                     integer(totals->workers.cache_hits), "misses",
+                     integer(totals->workers.cache_misses), "evictions",
+                     integer(totals->workers.cache_evictions));
 }
 
 /* Counts where the present worker found its shader programs. */
 static json_t *programs_json(const struct supervisor_totals *totals)
 {
-    return json_pack("{s:o,s:o,s:o,s:o,s:o}", "memory", integer(totals->programs_reused), "disk",
-                     integer(totals->programs_loaded), "compiled", integer(totals->programs_built),
-                     "kept", integer(totals->programs_kept), "kept_bytes",
-                     integer(totals->programs_kept_bytes));
+    return json_pack("{s:o,s:o,s:o,s:o,s:o}", "memory", integer(totals->workers.programs_reused),
+                     "disk", integer(totals->workers.programs_loaded), "compiled",
+                     integer(totals->workers.programs_built), "kept",
+                     integer(totals->workers.programs_kept), "kept_bytes",
+                     integer(totals->workers.programs_kept_bytes));
 }
 
 /* Counts the work of warm-ups. */
@@ -283,37 +286,38 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
          (double)r.waiting},
         {"vitrail_render_queue_age_seconds", "Age of the oldest one that waits.", false, NULL,
          r.oldest_wait_s},
-        {resets, "Workers replaced, by cause.", true, "cause=\"crash\"", (double)r.worker_crashes},
-        {resets, "", true, "cause=\"timeout\"", (double)r.worker_timeouts},
-        {"vitrail_worker_starts_total", "Workers started.", true, NULL, (double)r.worker_starts},
+        {resets, "Workers replaced, by cause.", true, "cause=\"crash\"", (double)r.workers.crashes},
+        {resets, "", true, "cause=\"timeout\"", (double)r.workers.timeouts},
+        {"vitrail_worker_starts_total", "Workers started.", true, NULL, (double)r.workers.starts},
         {"vitrail_quarantined_scenes", "Scenes that ended workers and are refused.", false, NULL,
          (double)r.quarantined},
         {"vitrail_gpu_memory_bytes", "GPU memory that scenes and requests take.", false, NULL,
-         (double)r.gpu_used_bytes},
+         (double)r.workers.gpu_used_bytes},
         {"vitrail_scene_cache_bytes", "Scenes mapped by the worker.", false, NULL,
-         (double)r.cache_bytes},
-        {"vitrail_scene_cache_entries", "Their number.", false, NULL, (double)r.cache_scenes},
+         (double)r.workers.cache_bytes},
+        {"vitrail_scene_cache_entries", "Their number.", false, NULL,
+         (double)r.workers.cache_scenes},
         {"vitrail_scene_cache_hits_total", "Renders whose scene was mapped.", true, NULL,
-         (double)r.cache_hits},
+         (double)r.workers.cache_hits},
         {"vitrail_scene_cache_misses_total", "Renders whose scene was not.", true, NULL,
-         (double)r.cache_misses},
+         (double)r.workers.cache_misses},
         {"vitrail_scene_cache_evictions_total", "Scenes let go for others.", true, NULL,
-         (double)r.cache_evictions},
+         (double)r.workers.cache_evictions},
         {"vitrail_shader_programs_built_total", "Compiled by the worker that runs.", true, NULL,
-         (double)r.programs_built},
+         (double)r.workers.programs_built},
         {"vitrail_shader_programs_reused_total", "Uses of those it had.", true, NULL,
-         (double)r.programs_reused},
+         (double)r.workers.programs_reused},
         {"vitrail_shader_programs_loaded_total", "Taken from the state directory.", true, NULL,
-         (double)r.programs_loaded},
+         (double)r.workers.programs_loaded},
         {"vitrail_shader_programs_kept", "Compiled programs in the state directory.", false, NULL,
-         (double)r.programs_kept},
+         (double)r.workers.programs_kept},
         {"vitrail_shader_programs_kept_bytes", "Their size.", false, NULL,
-         (double)r.programs_kept_bytes},
+         (double)r.workers.programs_kept_bytes},
         {"vitrail_warm_ups_total", "Scenes made ready before anyone asked.", true, NULL,
          (double)r.warm_ups.done},
         {timings, "Runners-up of auto drawn while nobody asked, by the worker that runs.", true,
-         "end=\"finished\"", (double)r.timed},
-        {timings, "", true, "end=\"stopped\"", (double)r.timings_stopped},
+         "end=\"finished\"", (double)r.workers.timed},
+        {timings, "", true, "end=\"stopped\"", (double)r.workers.timings_stopped},
         {"vitrail_scenes", "Scenes stored.", false, NULL, (double)s.count},
         {"vitrail_scenes_bytes", "Their decoded size.", false, NULL, (double)s.decoded_bytes},
         {"vitrail_environments", "Environment maps stored.", false, NULL, (double)maps.count},

@@ -49,30 +49,6 @@ static void urgent_tasks_go_first_and_equals_in_order(void **state)
     assert_int_equal(7000, render_queue_oldest_us(&queue, 7000));
 }
 
-static void urgent_and_patient_tasks_are_taken_apart(void **state)
-{
-    (void)state;
-    struct render_queue queue = {0};
-    struct render_task *question = task(2, RENDER_BATCH);
-    question->question = json_object();
-    assert_true(render_queue_push(&queue, task(1, RENDER_NORMAL), 9));
-    assert_true(render_queue_push(&queue, question, 9));
-    assert_true(render_queue_push(&queue, task(3, RENDER_INTERACTIVE), 9));
-    struct render_task *taken = render_queue_pop_patient(&queue);
-    assert_int_equal(1, taken->ticket);
-    render_task_destroy(taken);
-    assert_null(render_queue_pop_patient(&queue)); /* nothing goes before the rest of a question */
-    taken = render_queue_pop_urgent(&queue);
-    assert_int_equal(3, taken->ticket);
-    render_task_destroy(taken);
-    assert_null(render_queue_pop_urgent(&queue));
-    taken = render_queue_pop_patient(&queue);
-    assert_int_equal(2, taken->ticket);
-    render_task_destroy(taken);
-    assert_null(render_queue_pop_patient(&queue));
-    assert_int_equal(0, queue.count);
-}
-
 static void a_full_queue_refuses_but_takes_retries(void **state)
 {
     (void)state;
@@ -197,7 +173,6 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(urgent_tasks_go_first_and_equals_in_order),
-        cmocka_unit_test(urgent_and_patient_tasks_are_taken_apart),
         cmocka_unit_test(a_full_queue_refuses_but_takes_retries),
         cmocka_unit_test(a_task_can_be_taken_out_by_its_ticket_once),
         cmocka_unit_test(two_crashes_in_a_row_quarantine_a_scene),
