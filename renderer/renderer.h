@@ -58,6 +58,8 @@ struct renderer_desc {
     /* Of all that grows with scenes and requests; 0 means what gl_memory_budget
      * (renderer/gl/memory_budget.h) says. */
     uint64_t gpu_budget_bytes;
+    int gpu_sharers; /* processes that share the device, and what gl_memory_budget says; 0 means 1
+                      */
     uint64_t texture_budget_bytes; /* of that, for resident levels of textures; 0 means half */
     /* Of levels written for a frame that may be coarse; 0 means 16 MiB. */
     uint64_t texture_upload_bytes;
@@ -71,6 +73,7 @@ struct renderer_desc {
     const char *proof_file; /* optional, borrowed during create: where it is kept what the device
                                was seen to draw right; needs `build` */
     const char *build;      /* identifies this program; borrowed during create */
+    bool learns_nothing;    /* from frames: what is known comes by renderer_set_learned alone */
     bool is_strict;         /* a GL error or undefined-behaviour message aborts */
     struct renderer_hooks hooks;
 };

@@ -5,8 +5,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
+#include "renderer/base/processors.h"
 #include "renderer/base/wall_clock.h"
 #include "renderer/cost/workload.h"
 #include "renderer/frame/renderer_internal.h"
@@ -199,7 +199,7 @@ static bool count_work(const struct scene *scene, enum kind kind, const struct v
  * times on 16. */
 double calibrate_alone_ms(double wall_ms, double processor_ms, bool is_on_processors)
 {
-    double processors = fmax((double)sysconf(_SC_NPROCESSORS_ONLN), 1);
+    double processors = processors_usable();
     double spread_ms = processor_ms / pow(processors, 0.75);
     return is_on_processors ? fmin(wall_ms, spread_ms) : wall_ms;
 }

@@ -18,15 +18,18 @@ static const double DRIFT = 0.3;
 struct frame_observations {
     struct learning live, published;
     uint64_t print;
+    bool learns_nothing;
     int since; /* observations since it was published */
     bool is_due;
 };
 
-struct frame_observations *frame_observations_create(void)
+struct frame_observations *frame_observations_create(bool learns_nothing)
 {
     struct frame_observations *observations = malloc(sizeof *observations);
     if (observations)
         frame_observations_set(observations, NULL);
+    if (observations)
+        observations->learns_nothing = learns_nothing;
     return observations;
 }
 
@@ -145,7 +148,7 @@ void frame_observations_take(struct frame_observations *observations,
                              const struct frame_observation *observation,
                              const struct frame_report *report, bool is_software)
 {
-    if (!teaches(observation, report))
+    if (observations->learns_nothing || !teaches(observation, report))
         return;
     bool is_ours = is_software || shadow_technique_is_renderer(observation->technique);
     double processor_ms = processor_now_ms() - observation->processor_begin_ms;

@@ -9,7 +9,9 @@
 
 struct frame_observations;
 
-struct frame_observations *frame_observations_create(void); /* NULL: no memory */
+/* learns_nothing: what frames tell is passed over; only frame_observations_set changes what is
+ * known. NULL: no memory. */
+struct frame_observations *frame_observations_create(bool learns_nothing);
 void frame_observations_destroy(struct frame_observations *observations);
 
 /* The published state, by which choices are made. Only frame_observations_publish and

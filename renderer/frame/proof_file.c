@@ -85,7 +85,7 @@ bool proof_file_save(const char *path, struct content_key key, const struct proo
 {
     char line[LINE_BYTES], draft[PATH_BYTES];
     size_t length = compose(line, key, proof);
-    if ((size_t)snprintf(draft, sizeof draft, "%s.draft", path) >= sizeof draft)
+    if ((size_t)snprintf(draft, sizeof draft, "%s.%d.draft", path, (int)getpid()) >= sizeof draft)
         return error_set(err, ERROR_IO, "'%s': the path is too long", path);
     make_folder(path);
     unlink(draft); /* whatever lies there, what is opened is ours */

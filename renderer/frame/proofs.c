@@ -15,10 +15,23 @@ struct proofs {
     struct error problem; /* the last of them */
 };
 
+/* What other processes on this device have proven since is kept, too. */
+static void join_stored(struct proofs *proofs)
+{
+    struct proof stored, *own = &proofs->proof;
+    if (!proof_file_load(proofs->path, proofs->desc.key, (int64_t)time(NULL), &stored) ||
+        stored.wide_floats.form != own->wide_floats.form)
+        return;
+    own->structures |= stored.structures;
+    own->since_s = stored.since_s < own->since_s ? stored.since_s : own->since_s;
+}
+
 /* A file that cannot be written costs the next start its time. */
 static void keep(struct proofs *proofs)
 {
     struct error problem = {0};
+    if (proofs->path)
+        join_stored(proofs);
     if (proofs->path && !proof_file_save(proofs->path, proofs->desc.key, &proofs->proof, &problem))
         fprintf(stderr, "<4>self-test: %s\n", problem.message);
 }

@@ -93,7 +93,7 @@ static bool create_parts(struct renderer *renderer, const struct renderer_desc *
         },
         err);
     renderer->traced = raytrace_cache_create(err);
-    renderer->observations = frame_observations_create();
+    renderer->observations = frame_observations_create(desc->learns_nothing);
     return renderer->shadows && renderer->traced &&
            (renderer->observations || error_set(err, ERROR_NO_MEMORY, "forecasts"));
 }
@@ -109,7 +109,8 @@ static uint64_t choose_budget(struct renderer *renderer, const struct renderer_d
     /* llvmpipe 25.0 answers questions about its card, of which it has none, by chance */
     gl_memory_read(gl_context_limits(renderer->gl)->is_software || desc->hooks.poses_as_hardware,
                    &memory);
-    return gl_memory_budget(&memory, &renderer->budget_source);
+    return gl_memory_budget(&memory, &renderer->budget_source) /
+           (uint64_t)(desc->gpu_sharers > 1 ? desc->gpu_sharers : 1);
 }
 
 /* How layers are added up, and how a pixel's samples walk them. The form that a start measured is

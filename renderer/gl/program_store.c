@@ -6,12 +6,14 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <inttypes.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+/* A draft is NAME.PID.draft: one process writes it, or tries it. */
 static const char SUFFIX[] = ".program", DRAFT[] = ".draft";
 
 enum { NAME_BYTES = 96 };
@@ -75,6 +77,16 @@ static bool add_file(struct stored_file **files, size_t *count, const struct sto
     return true;
 }
 
+/* Whether the process of a draft has ended, or is this one, which tries none between two calls. A
+ * name without a number is of an older version. */
+static bool is_left_behind(const char *draft)
+{
+    int pid = 0;
+    const char *number = strstr(draft, SUFFIX);
+    bool is_named = number && sscanf(number + strlen(SUFFIX), ".%d.draft", &pid) == 1 && pid > 0;
+    return !is_named || pid == (int)getpid() || (kill((pid_t)pid, 0) != 0 && errno == ESRCH);
+}
+
 /* Our files, the least recently used first; drafts that a process left behind are removed. The
  * caller frees. NULL with a count of 0 when there are none, or no memory. */
 static struct stored_file *list_files(const struct program_store *store, size_t *count)
@@ -88,7 +100,7 @@ static struct stored_file *list_files(const struct program_store *store, size_t 
     for (struct dirent *entry; folder && (entry = readdir(folder));) {
         struct stat status;
         struct stored_file file = {.bytes = 0};
-        if (ends_with(entry->d_name, DRAFT))
+        if (ends_with(entry->d_name, DRAFT) && is_left_behind(entry->d_name))
             unlinkat(store->folder_fd, entry->d_name, 0);
         if (!ends_with(entry->d_name, SUFFIX) || strlen(entry->d_name) >= sizeof file.name ||
             fstatat(store->folder_fd, entry->d_name, &status, AT_SYMLINK_NOFOLLOW) != 0 ||
@@ -254,7 +266,7 @@ static void draft_of(const struct program_store *store, struct content_key sourc
                      char name[NAME_BYTES], char draft[NAME_BYTES])
 {
     name_of(store, source, name);
-    snprintf(draft, NAME_BYTES, "%.80s%s", name, DRAFT);
+    snprintf(draft, NAME_BYTES, "%.72s.%d%s", name, (int)getpid(), DRAFT);
 }
 
 bool program_store_read(struct program_store *store, struct content_key source,

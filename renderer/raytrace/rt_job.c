@@ -6,8 +6,8 @@
 #include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
-#include <unistd.h>
 
+#include "renderer/base/processors.h"
 #include "renderer/base/wall_clock.h"
 
 enum { THREADS_MAX = 256 };
@@ -41,8 +41,7 @@ int rt_job_next(struct rt_job *job, bool has_done_one)
 
 static int choose_threads(const struct rt_job *job)
 {
-    long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    int threads = job->desc->threads ? job->desc->threads : (int)(cores > 0 ? cores : 1);
+    int threads = job->desc->threads ? job->desc->threads : processors_usable();
     threads = threads > job->unit_count ? job->unit_count : threads;
     return threads < 1 ? 1 : threads > THREADS_MAX ? THREADS_MAX : threads;
 }

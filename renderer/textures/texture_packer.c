@@ -5,8 +5,8 @@
 
 #include <pthread.h>
 #include <stdlib.h>
-#include <unistd.h>
 
+#include "renderer/base/processors.h"
 #include "renderer/scene/texture_levels.h"
 #include "renderer/textures/texture_blocks.h"
 
@@ -107,7 +107,7 @@ struct texture_packer *texture_packer_create(struct error *err)
         error_set(err, ERROR_NO_MEMORY, "packer of textures");
         return NULL;
     }
-    long processors = sysconf(_SC_NPROCESSORS_ONLN);
+    int processors = processors_usable();
     pthread_mutex_init(&packer->mutex, NULL);
     pthread_cond_init(&packer->has_work, NULL);
     pthread_cond_init(&packer->has_result, NULL);

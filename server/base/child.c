@@ -14,6 +14,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "renderer/base/processors.h"
 #include "server/base/ipc.h"
 
 /* Environment of a child: an owned array of owned strings. */
@@ -58,9 +59,12 @@ static bool environment_init_decoder(struct environment *environment)
     return is_good;
 }
 
-/* Ours, and where Mesa's and NVIDIA's drivers put compiled shaders. */
-static bool environment_init_worker(struct environment *environment, const char *cache_dir)
+/* Ours, where Mesa's and NVIDIA's drivers put compiled shaders, and how many threads llvmpipe has.
+ */
+static bool environment_init_worker(struct environment *environment, const struct child_desc *desc)
 {
+    const char *cache_dir = desc->cache_dir;
+    char threads[16];
     bool is_good = true;
     for (char **entry = environ; is_good && *entry; entry++)
         is_good = environment_add(environment, *entry, "");
@@ -70,6 +74,11 @@ static bool environment_init_worker(struct environment *environment, const char 
         is_good = environment_add(environment, "MESA_SHADER_CACHE_MAX_SIZE=", "256M");
     if (is_good && cache_dir && !getenv("__GL_SHADER_DISK_CACHE_PATH"))
         is_good = environment_add(environment, "__GL_SHADER_DISK_CACHE_PATH=", cache_dir);
+    snprintf(threads, sizeof threads, "%d", desc->threads);
+    if (is_good && desc->threads)
+        is_good = environment_add(environment, PROCESSORS_VARIABLE "=", threads);
+    if (is_good && desc->threads && !getenv("LP_NUM_THREADS"))
+        is_good = environment_add(environment, "LP_NUM_THREADS=", threads);
     return is_good;
 }
 
@@ -113,17 +122,18 @@ static int spawn(pid_t *pid, int socket, const char *role, char **environment)
     return failure;
 }
 
-bool child_start(struct child *child, const char *role, const char *cache_dir, struct error *err)
+bool child_start(struct child *child, const struct child_desc *desc, struct error *err)
 {
     *child = (struct child){0};
     int sockets[2];
     if (!ipc_pair_create(sockets, err))
         return false;
     struct environment environment = {0};
-    bool is_prepared = strcmp(role, "decoder") == 0
+    bool is_prepared = strcmp(desc->role, "decoder") == 0
                            ? environment_init_decoder(&environment)
-                           : environment_init_worker(&environment, cache_dir);
-    int failure = is_prepared ? spawn(&child->pid, sockets[1], role, environment.entries) : ENOMEM;
+                           : environment_init_worker(&environment, desc);
+    int failure =
+        is_prepared ? spawn(&child->pid, sockets[1], desc->role, environment.entries) : ENOMEM;
     environment_finish(&environment);
     close(sockets[1]);
     child->socket = sockets[0];
@@ -131,7 +141,7 @@ bool child_start(struct child *child, const char *role, const char *cache_dir, s
         return true;
     close(sockets[0]);
     *child = (struct child){0};
-    return error_set(err, ERROR_INTERNAL, "starting a %s: %s", role, strerror(failure));
+    return error_set(err, ERROR_INTERNAL, "starting a %s: %s", desc->role, strerror(failure));
 }
 
 static void describe_end(int status, char *how, size_t how_bytes)

@@ -18,11 +18,18 @@ struct child {
     int socket; /* our end; owned */
 };
 
-/* role: "worker" or "decoder". A decoder gets no environment but what its libraries need. A worker
- * gets ours, and drivers keep their shader caches in cache_dir (NULL: where they like) unless ours
- * says otherwise. The child dies with the thread that started it. */
-MUST_CHECK bool child_start(struct child *child, const char *role, const char *cache_dir,
-                            struct error *err);
+/* A decoder gets no environment but what its libraries need; a worker gets ours. */
+struct child_desc {
+    const char *role; /* required: "worker" or "decoder" */
+    /* Of a worker: where drivers keep their shader caches unless ours says otherwise; NULL: where
+     * they like. */
+    const char *cache_dir;
+    /* Of a worker: the threads that it may keep busy (renderer/base/processors.h), those of a
+     * driver that draws on processors included unless ours says otherwise; 0: all. */
+    int threads;
+};
+/* The child dies with the thread that started it. */
+MUST_CHECK bool child_start(struct child *child, const struct child_desc *desc, struct error *err);
 
 /* Closes our end, gives the child grace_ms to leave by itself, kills it, reaps it, and says how it
  * ended: "signal 11 (Segmentation fault)", "exit status 1". The text may be NULL. Accepts zeroed;

@@ -16,7 +16,8 @@
 #include <unistd.h>
 
 #include "protocol/limits.h"
-#include "renderer/base/device_choice.h"
+#include "renderer/base/processors.h"
+#include "server/base/device_list.h"
 
 enum key_kind {
     KEY_TEXT,
@@ -58,7 +59,7 @@ static const struct key keys[] = {
     {"job-results-bytes", KEY_BYTES, AT(job_results_bytes), -(1 << 20), INT64_MAX,
      "results of jobs in the state directory; the first that ended go first; 0: no limit"},
     {"cache-bytes", KEY_BYTES, AT(cache_bytes), 1 << 20, INT64_MAX,
-     "decoded scenes kept mapped by the worker"},
+     "decoded scenes kept mapped by each worker"},
     {"gpu-budget-bytes", KEY_BYTES, AT(gpu_budget_bytes), -(1 << 20), INT64_MAX,
      "GPU memory that scenes and requests may take; 0 takes a share of what there is"},
     {"texture-budget-bytes", KEY_BYTES, AT(texture_budget_bytes), 0, INT64_MAX,
@@ -74,7 +75,9 @@ static const struct key keys[] = {
     {"decode-memory-bytes", KEY_BYTES, AT(decode_memory_bytes), 64 << 20, INT64_MAX,
      "address space of one decoder beyond the upload itself"},
     {"device", KEY_DEVICE, AT(device), 0, 0,
-     "0 chooses; else the N-th EGL device, a render node, a PCI address or software"},
+     "0 chooses; else the N-th EGL device, a render node, a PCI address or software, or a list"},
+    {"workers", KEY_INT, AT(workers), 1, CONFIG_WORKERS_MAX,
+     "processes that render; by default one for each device listed"},
     {"auto", KEY_AUTO, AT(automatic), 0, 0,
      "what shadows auto takes: measured (the faster on this device), raster or raytraced"},
     {"self-test", KEY_SELF_TEST, AT(self_test), 0, 0,
@@ -234,6 +237,23 @@ static bool is_bare(const struct key *key, const char *next)
            (key->kind == KEY_COMPRESSION && !(next && parse_compression(next, &ignored)));
 }
 
+void config_device(const struct config *config, int worker, char device[CONFIG_TEXT_BYTES])
+{
+    device_list_get(config->device, worker % device_list_count(config->device), device,
+                    CONFIG_TEXT_BYTES);
+}
+
+int config_sharers(const struct config *config)
+{
+    int devices = device_list_count(config->device);
+    return (config->workers + devices - 1) / devices;
+}
+
+int config_threads(const struct config *config)
+{
+    return processors_share(config->workers);
+}
+
 static bool config_set(struct config *config, const struct key *key, const char *value,
                        const char *origin, struct error *err)
 {
@@ -242,7 +262,8 @@ static bool config_set(struct config *config, const struct key *key, const char 
     int64_t number = 0;
     switch (key->kind) {
     case KEY_DEVICE:
-        if (!gl_device_parse(value, &(struct gl_device_selector){0}, err))
+        if (!device_list_check(
+                value, &(struct device_list_limits){CONFIG_WORKERS_MAX, capacity_of(key)}, err))
             return error_wrap(err, "%s (%s)", key->name, origin);
         snprintf(field, capacity_of(key), "%s", *value ? value : "0");
         break;
@@ -540,6 +561,21 @@ static bool check_directory(char *path, const char *key, struct error *err)
     return true;
 }
 
+/* One worker for each device, where their number is not given. */
+static bool settle_workers(struct config *config, struct error *err)
+{
+    int devices = device_list_count(config->device);
+    bool is_given = false;
+    for (size_t i = 0; i < KEY_COUNT; i++)
+        if (keys[i].offset == AT(workers))
+            is_given = strcmp(config->origins[i], "default") != 0;
+    if (!is_given)
+        config->workers = devices;
+    return config->workers >= devices ||
+           error_set(err, ERROR_INVALID_REQUEST, "workers: %d for the %d devices of '%s'",
+                     config->workers, devices, config->device);
+}
+
 bool config_load(struct config *config, int argc, char **argv, char **environment,
                  struct error *err)
 {
@@ -555,7 +591,7 @@ bool config_load(struct config *config, int argc, char **argv, char **environmen
     if ((file && !read_file(config, file, err)) || !read_environment(config, environment, err) ||
         !read_flags(config, argc, argv, &file, false, err))
         return false;
-    return make_absolute(config->state_dir, "state-dir", err) &&
+    return settle_workers(config, err) && make_absolute(config->state_dir, "state-dir", err) &&
            check_directory(config->dump_shaders, "dump-shaders", err) &&
            check_directory(config->job_dir, "job-dir", err) && resolve_listen(config, err);
 }

@@ -64,11 +64,12 @@ struct config {
     enum config_compression texture_compression; /* of colours beyond the budget */
     uint64_t max_upload_bytes;                   /* of one upload, all files */
     uint64_t decode_memory_bytes;                /* of one decoder */
-    int workers;                                 /* processes that render */
-    char device[CONFIG_TEXT_BYTES];              /* what gl_device_parse takes; "0" chooses */
-    bool no_warm_up;        /* stored scenes are not drawn before someone asks */
-    int warm_at_start;      /* stored scenes drawn after a start, [0, WARM_UPS_MAX] */
-    int rest_s;             /* idle until structures are let go; 0: they stay */
+    int workers;                    /* processes that render, [1, CONFIG_WORKERS_MAX] */
+    char device[CONFIG_TEXT_BYTES]; /* what gl_device_parse takes, separated by commas; "0" chooses
+                                     */
+    bool no_warm_up;                /* stored scenes are not drawn before someone asks */
+    int warm_at_start;              /* stored scenes drawn after a start, [0, WARM_UPS_MAX] */
+    int rest_s;                     /* idle until structures are let go; 0: they stay */
     uint64_t program_bytes; /* of compiled programs in the state directory; 0: none are kept */
     char dump_shaders[CONFIG_PATH_BYTES]; /* existing directory for composed shaders; "" = none */
     enum config_auto automatic;
@@ -89,6 +90,13 @@ MUST_CHECK bool config_load(struct config *config, int argc, char **argv, char *
 
 /* "off", "on" or "auto". */
 const char *config_compression_name(enum config_compression compression);
+
+/* What a worker is asked to open, 0 for the first: those that are listed take turns. */
+void config_device(const struct config *config, int worker, char device[CONFIG_TEXT_BYTES]);
+/* How many workers share a device at most. */
+int config_sharers(const struct config *config);
+/* How many threads each worker may keep busy. */
+int config_threads(const struct config *config);
 
 /* As an INI file, with the origin of every value. */
 void config_print(const struct config *config, FILE *out);

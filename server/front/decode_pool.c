@@ -187,7 +187,7 @@ static void refill_spare(struct decode_pool *pool)
     struct child fresh = {0};
     pthread_mutex_lock(&pool->mutex);
     bool is_wanted = pool->spare.pid == 0 && !atomic_load(&pool->is_stopping);
-    if (is_wanted && child_start(&fresh, "decoder", NULL, NULL))
+    if (is_wanted && child_start(&fresh, &(struct child_desc){.role = "decoder"}, NULL))
         pool->spare = fresh;
     pthread_mutex_unlock(&pool->mutex);
 }
@@ -209,7 +209,7 @@ static bool start_decoder(struct decode_pool *pool, struct child *decoder, const
     pool->spare = (struct child){0};
     pthread_mutex_unlock(&pool->mutex);
     bool was_spare = decoder->pid > 0;
-    if (!was_spare && !child_start(decoder, "decoder", NULL, err))
+    if (!was_spare && !child_start(decoder, &(struct child_desc){.role = "decoder"}, err))
         return false;
     struct ipc_message began = {0};
     enum answer answer = send_job(decoder, job, fds, NULL)

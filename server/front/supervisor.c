@@ -3,6 +3,7 @@
 #include "server/front/supervisor.h"
 
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
@@ -99,7 +100,7 @@ static bool init_slots(struct supervisor *supervisor)
         struct worker_slot *slot = &supervisor->slots[i];
         if (!worker_slot_init(slot, i + 1, config->workers == 1))
             return false;
-        slot->device = config->device;
+        config_device(config, i, slot->device);
         supervisor->slot_count++;
     }
     return true;
@@ -414,14 +415,24 @@ bool supervisor_get_device(struct supervisor *supervisor, struct device_capabili
     return has_device;
 }
 
+uint64_t supervisor_get_learned(struct supervisor *supervisor, int worker)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    bool is_known = worker > 0 && worker <= supervisor->slot_count;
+    uint64_t learned = is_known ? supervisor->slots[worker - 1].totals.learned : 0;
+    pthread_mutex_unlock(&supervisor->mutex);
+    return learned;
+}
+
 struct supervisor_budgets supervisor_get_budgets(struct supervisor *supervisor)
 {
     const struct config *config = supervisor->desc.config;
     struct device_capabilities device;
+    uint64_t sharers = (uint64_t)config_sharers(config);
     bool is_chosen = !config->gpu_budget_bytes && supervisor_get_device(supervisor, &device);
     return (struct supervisor_budgets){is_chosen ? device.gpu_budget_bytes
-                                                 : config->gpu_budget_bytes,
-                                       config->texture_budget_bytes};
+                                                 : config->gpu_budget_bytes / sharers,
+                                       config->texture_budget_bytes / sharers};
 }
 
 struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor)
@@ -438,4 +449,22 @@ struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor)
     totals.oldest_wait_s = 1e-6 * (double)(now - render_queue_oldest_us(&supervisor->queue, now));
     pthread_mutex_unlock(&supervisor->mutex);
     return totals;
+}
+
+int supervisor_get_workers(struct supervisor *supervisor,
+                           struct worker_status workers[CONFIG_WORKERS_MAX])
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    int count = supervisor->slot_count;
+    for (int i = 0; i < count; i++) {
+        const struct worker_slot *slot = &supervisor->slots[i];
+        workers[i] = (struct worker_status){.number = slot->number,
+                                            .is_ready = slot->state == WORKER_READY,
+                                            .in_flight = slot->jobs.count,
+                                            .totals = slot->totals,
+                                            .problem = slot->start_error};
+        snprintf(workers[i].device, sizeof workers[i].device, "%s", slot->device);
+    }
+    pthread_mutex_unlock(&supervisor->mutex);
+    return count;
 }

@@ -88,8 +88,11 @@ MUST_CHECK bool supervisor_is_ready(struct supervisor *supervisor, struct error 
 /* False while no worker has ever been ready. */
 bool supervisor_get_device(struct supervisor *supervisor, struct device_capabilities *device);
 
-/* Budgets of the device's memory as configured, 0 for the defaults [bytes]. Pictures beyond them
- * may have coarser textures, or compressed shadows if these were asked for. */
+/* The print of what a worker has learned, by its number; 0: nothing. */
+uint64_t supervisor_get_learned(struct supervisor *supervisor, int worker);
+
+/* Budgets of the device's memory for each worker, as configured, 0 for the defaults [bytes].
+ * Pictures beyond them may have coarser textures, or compressed shadows if these were asked for. */
 struct supervisor_budgets {
     uint64_t gpu, textures;
 };
@@ -106,5 +109,17 @@ struct supervisor_totals {
     struct worker_totals workers; /* of all; pid: of the first that runs */
 };
 struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor);
+
+struct worker_status {
+    int number; /* 1 for the first */
+    bool is_ready;
+    int in_flight;
+    char device[CONFIG_TEXT_BYTES]; /* what it is asked to open */
+    struct worker_totals totals;
+    struct error problem; /* why it cannot be started */
+};
+/* Fills one for each worker; their number. */
+int supervisor_get_workers(struct supervisor *supervisor,
+                           struct worker_status workers[CONFIG_WORKERS_MAX]);
 
 #endif

@@ -2,14 +2,13 @@
 /* Decides about devices whose drivers crash workers, and about the daemon when none is left. */
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "server/base/clock.h"
 #include "server/front/supervisor_internal.h"
 #include "server/mapping/device_messages.h"
 
-/* No worker is started in the slot any more; ends what waits where that was the last one. Takes the
- * text, which may be NULL. Under the mutex. */
-static void give_up(struct supervisor *supervisor, struct worker_slot *slot, char *why)
+void supervisor_give_up(struct supervisor *supervisor, struct worker_slot *slot, char *why)
 {
     slot->start_error = (struct error){0};
     error_set(&slot->start_error, ERROR_NO_DEVICE, "%.230s", why ? why : "no device is left");
@@ -22,6 +21,48 @@ static void give_up(struct supervisor *supervisor, struct worker_slot *slot, cha
     else
         log_write(supervisor->desc.log, LOG_ERROR, "%s is not started any more: %s", slot->name,
                   slot->start_error.message);
+}
+
+const struct worker_slot *supervisor_keeper(const struct supervisor *supervisor)
+{
+    for (int i = 0; i < supervisor->slot_count; i++)
+        if (supervisor->slots[i].state != WORKER_NONE && supervisor->slots[i].is_keeper)
+            return &supervisor->slots[i];
+    return NULL;
+}
+
+static bool is_same_speed(const struct device_auto *a, const struct device_auto *b)
+{
+    return strcmp(a->policy, b->policy) == 0 && a->is_pending == b->is_pending &&
+           a->frame_ms == b->frame_ms && a->shade == b->shade && a->maps == b->maps &&
+           a->trace == b->trace && a->build == b->build;
+}
+
+bool supervisor_check_device(const struct supervisor *supervisor, const struct worker_slot *slot,
+                             const struct device_capabilities *device, struct error *err)
+{
+    const struct device_capabilities *known = &supervisor->device;
+    bool is_alone = true;
+    for (int i = 0; i < supervisor->slot_count; i++)
+        is_alone = is_alone &&
+                   (&supervisor->slots[i] == slot || supervisor->slots[i].state != WORKER_READY);
+    if (is_alone)
+        return true;
+    if (strcmp(known->vendor, device->vendor) != 0 ||
+        strcmp(known->renderer, device->renderer) != 0 ||
+        strcmp(known->version, device->version) != 0)
+        return error_set(err, ERROR_NO_DEVICE,
+                         "its device is %.60s, %.30s, that of the others %.60s, %.30s: pictures "
+                         "would differ",
+                         device->renderer, device->version, known->renderer, known->version);
+    if (known->gpu_budget_bytes != device->gpu_budget_bytes ||
+        known->blocks.from_levels != device->blocks.from_levels ||
+        strcmp(known->wide_floats, device->wide_floats) != 0 ||
+        !is_same_speed(&known->automatic, &device->automatic))
+        return error_set(err, ERROR_NO_DEVICE,
+                         "it does not go by what the others know of the device: pictures would "
+                         "differ");
+    return true;
 }
 
 static bool is_asked_for(const struct worker_slot *slot)
@@ -57,7 +98,7 @@ bool supervisor_blame_device(struct supervisor *supervisor, struct worker_slot *
         if (asprintf(&why, "device '%s', which was asked for, cannot be taken: %s: %s",
                      slot->device, name, device->reason) < 0)
             why = NULL;
-        give_up(supervisor, slot, why);
+        supervisor_give_up(supervisor, slot, why);
     }
     return true;
 }
@@ -71,7 +112,7 @@ void supervisor_note_no_device(struct supervisor *supervisor, struct worker_slot
     if (device_trials_passed_over(&slot->trials)) {
         if (asprintf(&why, "no device is left: %s", lines ? lines : "out of memory") < 0)
             why = NULL;
-        give_up(supervisor, slot, why);
+        supervisor_give_up(supervisor, slot, why);
     }
     pthread_mutex_unlock(&supervisor->mutex);
     free(lines);

@@ -151,11 +151,24 @@ static void give_tasks(struct supervisor *supervisor)
     }
 }
 
+/* Tells a worker that the keeper has written down more, for it to read. Under the mutex. */
+static bool tell_learned(const struct supervisor *supervisor, struct worker_slot *slot)
+{
+    const struct worker_slot *keeper = supervisor_keeper(supervisor);
+    uint64_t learned = keeper ? keeper->totals.learned : 0;
+    if (!learned || slot->is_keeper || learned == slot->totals.learned ||
+        learned == slot->told_learned)
+        return true;
+    slot->told_learned = learned;
+    return send_small(slot, json_pack("{s:s}", "op", "learned"));
+}
+
 void supervisor_feed(struct supervisor *supervisor)
 {
     for (int i = 0; i < supervisor->slot_count; i++) {
         struct worker_slot *slot = &supervisor->slots[i];
-        slot->is_deaf = slot->is_deaf || (slot->state == WORKER_READY && !send_cancelled(slot));
+        if (slot->state == WORKER_READY && !slot->is_deaf)
+            slot->is_deaf = !send_cancelled(slot) || !tell_learned(supervisor, slot);
     }
     give_tasks(supervisor);
     for (int i = 0; i < supervisor->slot_count; i++) {

@@ -58,6 +58,15 @@ const struct error *supervisor_start_problem(const struct supervisor *supervisor
 
 void *supervisor_run(void *supervisor); /* the thread */
 
+/* The one that measures and learns for all, and writes that down; NULL: none runs. Under the mutex.
+ */
+const struct worker_slot *supervisor_keeper(const struct supervisor *supervisor);
+
+/* Whether a worker's device is such that its pictures are those of the others; err says what
+ * differs. Under the mutex. */
+bool supervisor_check_device(const struct supervisor *supervisor, const struct worker_slot *slot,
+                             const struct device_capabilities *device, struct error *err);
+
 /* Kills the worker if it still runs, and requeues its jobs. reason: why it is killed; NULL: it
  * ended by itself. */
 void supervisor_reap_worker(struct supervisor *supervisor, struct worker_slot *slot,
@@ -75,6 +84,9 @@ void supervisor_note_no_device(struct supervisor *supervisor, struct worker_slot
  * the mutex. */
 bool supervisor_blame_device(struct supervisor *supervisor, struct worker_slot *slot,
                              const char *how, bool is_hang);
+/* No worker is started in the slot any more; ends what waits where that was the last one. Takes the
+ * text, which may be NULL. Under the mutex. */
+void supervisor_give_up(struct supervisor *supervisor, struct worker_slot *slot, char *why);
 /* Calls on_hopeless once, when no worker is started any more. */
 void supervisor_tell_hopeless(struct supervisor *supervisor);
 

@@ -169,6 +169,37 @@ static void log_devices(struct supervisor *supervisor, const struct device_capab
         log_write(supervisor->desc.log, LOG_WARNING, "%s", device->warning);
 }
 
+static void nobody_waits(void *context, struct render_outcome *outcome)
+{
+    (void)context;
+    (void)outcome;
+}
+
+/* Others wait until the keeper knows the device's speed: it is to find it out at once. Under the
+ * mutex. */
+static void ask_for_speed(struct supervisor *supervisor, const struct worker_slot *slot)
+{
+    struct render_task *task = render_task_create();
+    if (!task || !(task->question = json_pack("{s:b}", "speed", true))) {
+        render_task_destroy(task); /* a picture that goes by it has it found out, too */
+        return;
+    }
+    task->ticket = ++supervisor->next_ticket;
+    task->priority = RENDER_INTERACTIVE;
+    task->home = slot->number;
+    task->queued_us = now_us();
+    task->done = nobody_waits;
+    render_queue_push_back(&supervisor->queue, task);
+}
+
+/* A worker whose pictures would differ from those of the others is not used. Under the mutex. */
+static void refuse_device(struct supervisor *supervisor, struct worker_slot *slot,
+                          const struct error *problem)
+{
+    device_trials_abandon(&slot->trials);
+    supervisor_give_up(supervisor, slot, strdup(problem->message));
+}
+
 static bool hello_message(struct supervisor *supervisor, struct worker_slot *slot,
                           const json_t *json, struct error *err)
 {
@@ -177,6 +208,11 @@ static bool hello_message(struct supervisor *supervisor, struct worker_slot *slo
         return false;
     json_int_t depth = json_integer_value(json_object_get(json, "depth"));
     pthread_mutex_lock(&supervisor->mutex);
+    if (!supervisor_check_device(supervisor, slot, &device, err)) {
+        refuse_device(supervisor, slot, err);
+        pthread_mutex_unlock(&supervisor->mutex);
+        return false;
+    }
     supervisor->device = slot->capabilities = device;
     supervisor->has_device = true;
     slot->jobs.depth = depth < 1                       ? 1
@@ -189,12 +225,16 @@ static bool hello_message(struct supervisor *supervisor, struct worker_slot *slo
         device_trials_abandon(&slot->trials);
     else
         device_trials_succeed(&slot->trials);
+    if (device.automatic.is_pending && supervisor->slot_count > 1)
+        ask_for_speed(supervisor, slot);
     pthread_mutex_unlock(&supervisor->mutex);
     log_write(supervisor->desc.log, LOG_INFO, "%s is ready: %s, %s", slot->name, device.renderer,
               device.version);
-    log_devices(supervisor, &device);
-    log_speed(supervisor, &device.automatic);
-    log_blocks(supervisor, &device.blocks);
+    if (slot->is_keeper) { /* it is the same for all */
+        log_devices(supervisor, &device);
+        log_speed(supervisor, &device.automatic);
+        log_blocks(supervisor, &device.blocks);
+    }
     if (supervisor->desc.on_ready)
         supervisor->desc.on_ready(supervisor->desc.context);
     return true;

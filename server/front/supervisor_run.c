@@ -3,6 +3,7 @@
 #include <poll.h>
 #include <stdio.h>
 #include <sys/eventfd.h>
+#include <sys/socket.h>
 
 #include "protocol/utf8.h"
 #include "renderer/base/device_choice.h"
@@ -109,16 +110,27 @@ void supervisor_reap_worker(struct supervisor *supervisor, struct worker_slot *s
 
 enum { CACHE_PATH_BYTES = CONFIG_PATH_BYTES + 128 };
 
-/* `cache/WHAT-DEVICE` of the state directory, the device made a part of a name. */
+/* `cache/WHAT-DEVICE` of the state directory, the device made a part of a name. All workers have
+ * the same files, since their devices are of one kind. */
 static void name_cache_file(const struct config *config, const char *what, const char *suffix,
                             char path[CACHE_PATH_BYTES])
 {
-    char device[GL_DEVICE_NAME_BYTES];
-    snprintf(device, sizeof device, "%.*s", GL_DEVICE_NAME_BYTES - 1, config->device);
+    char first[CONFIG_TEXT_BYTES], device[GL_DEVICE_NAME_BYTES];
+    config_device(config, 0, first);
+    snprintf(device, sizeof device, "%.*s", GL_DEVICE_NAME_BYTES - 1, first);
     for (char *at = device; *at; at++)
         if (*at == '/' || *at == ':')
             *at = '-';
     snprintf(path, CACHE_PATH_BYTES, "%s/cache/%s-%s%s", config->state_dir, what, device, suffix);
+}
+
+/* The first budget that was chosen holds for all, since coarser textures are other pictures. */
+static uint64_t gpu_budget(const struct supervisor *supervisor)
+{
+    const struct config *config = supervisor->desc.config;
+    if (config->workers > 1 && supervisor->has_device)
+        return supervisor->device.gpu_budget_bytes;
+    return config->gpu_budget_bytes / (uint64_t)config_sharers(config);
 }
 
 static bool send_settings(struct supervisor *supervisor, struct worker_slot *slot,
@@ -128,6 +140,7 @@ static bool send_settings(struct supervisor *supervisor, struct worker_slot *slo
     char speed_file[CACHE_PATH_BYTES], texture_file[CACHE_PATH_BYTES];
     char observations_file[CACHE_PATH_BYTES], proof_file[CACHE_PATH_BYTES];
     char budgets_file[CACHE_PATH_BYTES], program_folder[CACHE_PATH_BYTES];
+    int sharers = config_sharers(config);
     snprintf(program_folder, sizeof program_folder, "%s/cache/programs", config->state_dir);
     name_cache_file(config, "device-speed", ".json", speed_file);
     name_cache_file(config, "texture-speed", ".json", texture_file);
@@ -135,11 +148,12 @@ static bool send_settings(struct supervisor *supervisor, struct worker_slot *slo
     name_cache_file(config, "budgets", ".json", budgets_file);
     name_cache_file(config, "self-test", "", proof_file);
     json_t *settings = json_pack(
-        "{s:s,s:o,s:s,s:s,s:s,s:I,s:I,s:I,s:i,s:i,s:I,s:s,s:s,s:I,s:i,s:s,s:s,s:i,s:s}", "op",
-        "configure", "passed_over", device_reasons_to_json(&slot->trials.devices),
-        "observations_file", observations_file, "budgets_file", budgets_file, "device",
-        slot->device, "gpu_budget_bytes", (json_int_t)config->gpu_budget_bytes,
-        "texture_budget_bytes", (json_int_t)config->texture_budget_bytes, "texture_upload_bytes",
+        "{s:s,s:b,s:i,s:o,s:s,s:s,s:s,s:I,s:I,s:I,s:i,s:i,s:I,s:s,s:s,s:I,s:i,s:s,s:s,s:i,s:s}",
+        "op", "configure", "keeps", slot->is_keeper, "sharers", sharers, "passed_over",
+        device_reasons_to_json(&slot->trials.devices), "observations_file", observations_file,
+        "budgets_file", budgets_file, "device", slot->device, "gpu_budget_bytes",
+        (json_int_t)gpu_budget(supervisor), "texture_budget_bytes",
+        (json_int_t)(config->texture_budget_bytes / (uint64_t)sharers), "texture_upload_bytes",
         (json_int_t)config->texture_upload_bytes, "texture_upload_ms", config->texture_upload_ms,
         "texture_compression", (int)config->texture_compression, "cache_bytes",
         (json_int_t)config->cache_bytes, "dump_shaders", config->dump_shaders, "program_folder",
@@ -153,12 +167,21 @@ static bool send_settings(struct supervisor *supervisor, struct worker_slot *slo
     return is_sent;
 }
 
-static void start_worker(struct supervisor *supervisor, struct worker_slot *slot)
+/* keeper: another worker that is one; NULL: none is. */
+static void start_worker(struct supervisor *supervisor, struct worker_slot *slot,
+                         const struct worker_slot *keeper)
 {
     struct error problem = {0};
     char cache_dir[CONFIG_PATH_BYTES + sizeof "/cache"];
     snprintf(cache_dir, sizeof cache_dir, "%s/cache", supervisor->desc.config->state_dir);
-    if (child_start(&slot->process, "worker", cache_dir, &problem) &&
+    const struct config *config = supervisor->desc.config;
+    const struct child_desc child = {.role = "worker",
+                                     .cache_dir = cache_dir,
+                                     .threads = config->workers > 1 ? config_threads(config) : 0};
+    slot->is_keeper = !keeper;
+    if (keeper && !slot->totals.starts) /* it knows of drivers that crash */
+        slot->trials.devices = keeper->trials.devices;
+    if (child_start(&slot->process, &child, &problem) &&
         (!ipc_set_timeout(slot->process.socket, PEER_STALL_S, &problem) ||
          !send_settings(supervisor, slot, &problem)))
         child_stop(&slot->process, 0, NULL, 0);
@@ -209,16 +232,34 @@ static int64_t next_deadline(const struct supervisor *supervisor, const struct w
                : worker_jobs_deadline(&slot->jobs, timeout_ms(supervisor), slot->last_event_ms);
 }
 
+/* The first worker that starts becomes the keeper: it tests and measures the device and learns how
+ * fast it is, and writes all that to files, alone. The others start when it serves and its speed is
+ * known, and read them; so choices by speed, and with them pictures, are the same on all. Under the
+ * mutex. */
+static bool may_start(const struct worker_slot *keeper)
+{
+    return !keeper || (keeper->state == WORKER_READY && !keeper->capabilities.automatic.is_pending);
+}
+
 static void start_workers(struct supervisor *supervisor)
 {
     for (int i = 0; i < supervisor->slot_count; i++) {
         struct worker_slot *slot = &supervisor->slots[i];
         pthread_mutex_lock(&supervisor->mutex);
-        bool must_start = slot->state == WORKER_NONE && now_ms() >= slot->next_start_ms;
+        const struct worker_slot *keeper = supervisor_keeper(supervisor);
+        bool must_start =
+            slot->state == WORKER_NONE && now_ms() >= slot->next_start_ms && may_start(keeper);
         pthread_mutex_unlock(&supervisor->mutex);
         if (must_start)
-            start_worker(supervisor, slot);
+            start_worker(supervisor, slot, keeper);
     }
+}
+
+/* By when to look at a slot without a worker. Under the mutex. */
+static int64_t next_start(const struct supervisor *supervisor, const struct worker_slot *slot)
+{
+    /* that the keeper serves is a message, which wakes this thread */
+    return may_start(supervisor_keeper(supervisor)) ? slot->next_start_ms : INT64_MAX;
 }
 
 /* Ends a worker that is deaf or late. Returns by when to look at it again. */
@@ -228,7 +269,7 @@ static int64_t check_worker(struct supervisor *supervisor, struct worker_slot *s
     bool is_deaf = slot->is_deaf;
     int allowed_s = limit_s(supervisor, slot);
     int64_t until =
-        slot->state == WORKER_NONE ? slot->next_start_ms : next_deadline(supervisor, slot);
+        slot->state == WORKER_NONE ? next_start(supervisor, slot) : next_deadline(supervisor, slot);
     bool is_late = slot->state != WORKER_NONE && now_ms() >= until;
     int64_t due = supervisor_idle_due_ms(supervisor, slot);
     pthread_mutex_unlock(&supervisor->mutex);
@@ -298,6 +339,9 @@ void *supervisor_run(void *argument)
         take_messages(supervisor, sleep_ms);
         supervisor_tell_ended(supervisor);
     }
+    for (int i = 0; i < supervisor->slot_count; i++) /* all at once, before one is waited for */
+        if (supervisor->slots[i].process.pid > 0)
+            shutdown(supervisor->slots[i].process.socket, SHUT_RDWR);
     for (int i = 0; i < supervisor->slot_count; i++)
         child_stop(&supervisor->slots[i].process, supervisor->slots[i].jobs.count > 0 ? 0 : 2000,
                    NULL, 0);

@@ -31,6 +31,7 @@ void worker_slot_note_end(struct worker_slot *slot)
     slot->state = WORKER_NONE;
     slot->is_keeper = slot->is_deaf = false;
     slot->sent_count = 0;
+    slot->told_learned = 0;
     totals->pid = 0;
     totals->gpu_used_bytes = totals->cache_bytes = totals->cache_scenes = 0;
     totals->programs_built = totals->programs_reused = totals->programs_loaded = 0;

@@ -38,18 +38,19 @@ struct sent_scene {
     uint64_t when; /* order of the last time it was sent; 0 = free */
 };
 
-struct worker_slot {              /* zeroed = empty */
-    int number;                   /* 1 for the first */
-    char name[WORKER_NAME_BYTES]; /* in the log: "the worker", or of several "worker 2" */
-    const char *device;           /* borrowed: what it is asked to open */
-    struct child process;         /* touched by the supervisor's thread only, but for its pid */
+struct worker_slot {                /* zeroed = empty */
+    int number;                     /* 1 for the first */
+    char name[WORKER_NAME_BYTES];   /* in the log: "the worker", or of several "worker 2" */
+    char device[CONFIG_TEXT_BYTES]; /* what it is asked to open */
+    struct child process;           /* touched by the supervisor's thread only, but for its pid */
     enum worker_state state;
     int64_t state_ms, next_start_ms, last_event_ms;
     int backoff_ms;
-    bool is_keeper;    /* this process measures the device and writes what is learned */
-    bool is_deaf;      /* it no longer takes messages */
-    bool is_resting;   /* since nobody asked for --rest-s */
-    bool has_rendered; /* since this process is ready */
+    bool is_keeper;        /* this process measures the device, learns, and keeps what is learned */
+    uint64_t told_learned; /* print of what this process was told that the keeper has learned */
+    bool is_deaf;          /* it no longer takes messages */
+    bool is_resting;       /* since nobody asked for --rest-s */
+    bool has_rendered;     /* since this process is ready */
     struct worker_jobs jobs;
     json_t *forgotten;        /* owned; ids of deleted scenes that are still to be sent to it */
     struct error start_error; /* set while it cannot be started */

@@ -55,7 +55,7 @@ static bool find_piece(const struct farm_job *job, int *position, int *output)
 
 static int free_slot(const struct jobs *jobs)
 {
-    for (int i = 0; i < JOB_PIECES_MAX; i++)
+    for (int i = 0; i < PIECES_PER_WORKER * jobs->desc.config->workers; i++)
         if (!jobs->in_flight[i])
             return i;
     return -1;

@@ -11,7 +11,10 @@
 #include "server/jobs/job_results.h"
 #include "server/jobs/jobs.h"
 
-enum { JOB_PIECES_MAX = 2 /* one is drawn while the other is encoded */ };
+enum {
+    PIECES_PER_WORKER = 2, /* one is drawn while the other is encoded */
+    JOB_PIECES_MAX = PIECES_PER_WORKER * CONFIG_WORKERS_MAX,
+};
 
 struct farm_file {
     uint64_t size_bytes; /* 0: not there */

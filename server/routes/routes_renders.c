@@ -128,8 +128,8 @@ static void reply_image(struct render_post *post, struct render_outcome *outcome
     http_reply_header(post->exchange, "Link", "</v1/frames/%s>; rel=\"describedby\"", id);
     http_reply_header(post->exchange, "Cache-Control", "private, no-cache");
     http_reply_header(post->exchange, "Vary", "Accept");
-    if (service_tag_image(service, post->digest, outcome->drawn, tag) &&
-        reply_if_unchanged(post->exchange, tag))
+    const struct made_image made = {post->digest, outcome->drawn, outcome->worker};
+    if (service_tag_image(service, &made, tag) && reply_if_unchanged(post->exchange, tag))
         return;
     int fd = outcome->image_fd;
     outcome->image_fd = -1;

@@ -31,15 +31,22 @@ static void run_ready(struct service *service, struct http_exchange *exchange, c
     (void)id;
     struct error problem = {0};
     struct device_capabilities device;
+    struct worker_status workers[CONFIG_WORKERS_MAX];
+    int count = supervisor_get_workers(service->supervisor, workers);
+    int ready = 0;
+    for (int i = 0; i < count; i++)
+        ready += workers[i].is_ready;
+    json_t *served = json_pack("{s:i,s:i}", "ready", ready, "configured", count);
     if (!supervisor_is_ready(service->supervisor, &problem))
         http_reply_error(exchange, &problem);
     else if (supervisor_get_device(service->supervisor, &device))
         reply_json(exchange, 200,
-                   json_pack("{s:s,s:s*,s:o*}", "status", "ready", "warning",
-                             *device.warning ? device.warning : NULL, "passed_over",
+                   json_pack("{s:s,s:O*,s:s*,s:o*}", "status", "ready", "workers", served,
+                             "warning", *device.warning ? device.warning : NULL, "passed_over",
                              device.passed_over ? device_passed_over_to_json(&device) : NULL));
     else
-        reply_json(exchange, 200, json_pack("{s:s}", "status", "ready"));
+        reply_json(exchange, 200, json_pack("{s:s,s:O*}", "status", "ready", "workers", served));
+    json_decref(served);
 }
 
 static void run_openapi(struct service *service, struct http_exchange *exchange, const char *id)
@@ -89,6 +96,30 @@ static json_t *worker_json(const struct service *service, const struct superviso
         integer(totals->workers.starts), "crashes", integer(totals->workers.crashes), "timeouts",
         integer(totals->workers.timeouts), "quarantined_scenes", integer(totals->quarantined),
         "gpu_used_bytes", integer(totals->workers.gpu_used_bytes));
+}
+
+static json_t *one_worker_json(const struct worker_status *worker)
+{
+    const struct worker_totals *totals = &worker->totals;
+    const char *problem = worker->problem.code != ERROR_NONE ? worker->problem.message : NULL;
+    return json_pack("{s:i,s:s,s:b,s:o,s:i,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:s*}", "worker",
+                     worker->number, "device", worker->device, "ready", worker->is_ready, "pid",
+                     totals->pid ? json_integer(totals->pid) : json_null(), "in_flight",
+                     worker->in_flight, "rendered", integer(totals->rendered), "starts",
+                     integer(totals->starts), "crashes", integer(totals->crashes), "timeouts",
+                     integer(totals->timeouts), "scenes", integer(totals->cache_scenes),
+                     "cache_misses", integer(totals->cache_misses), "gpu_used_bytes",
+                     integer(totals->gpu_used_bytes), "problem", problem);
+}
+
+static json_t *workers_json(const struct service *service)
+{
+    struct worker_status workers[CONFIG_WORKERS_MAX];
+    int count = supervisor_get_workers(service->supervisor, workers);
+    json_t *array = json_array();
+    for (int i = 0; i < count; i++)
+        json_array_append_new(array, one_worker_json(&workers[i]));
+    return array;
 }
 
 static json_t *cache_json(const struct supervisor_totals *totals)
@@ -179,7 +210,7 @@ static void run_stats(struct service *service, struct http_exchange *exchange, c
     struct metrics_totals metrics = metrics_get_totals(service->metrics);
     reply_json(
         exchange, 200,
-        json_pack("{s:s,s:s,s:f,s:{s:o,s:o,s:o,s:o},s:{s:o,s:o},s:{s:o,s:o},s:o,s:o,s:o,s:o,"
+        json_pack("{s:s,s:s,s:f,s:{s:o,s:o,s:o,s:o},s:{s:o,s:o},s:{s:o,s:o},s:o,s:o,s:o,s:o,s:o,"
                   "s:o,s:o,s:o,s:o,s:o}",
                   "version", VITRAIL_VERSION, "build", service->build_id, "uptime_s",
                   uptime_s(service), "http", "requests", integer(metrics.requests), "in_flight",
@@ -188,10 +219,11 @@ static void run_stats(struct service *service, struct http_exchange *exchange, c
                   integer(scenes.count), "decoded_bytes", integer(scenes.decoded_bytes),
                   "environments", "stored", integer(maps.count), "decoded_bytes",
                   integer(maps.decoded_bytes), "renders", renders_json(&renders), "worker",
-                  worker_json(service, &renders), "cache", cache_json(&renders), "programs",
-                  programs_json(&renders), "warm_ups", warm_ups_json(&renders.warm_ups), "decodes",
-                  decodes_json(&decodes), "views", views_json(service), "jobs", jobs_json(service),
-                  "frames_kept", integer(frames_count(service->frames))));
+                  worker_json(service, &renders), "workers", workers_json(service), "cache",
+                  cache_json(&renders), "programs", programs_json(&renders), "warm_ups",
+                  warm_ups_json(&renders.warm_ups), "decodes", decodes_json(&decodes), "views",
+                  views_json(service), "jobs", jobs_json(service), "frames_kept",
+                  integer(frames_count(service->frames))));
 }
 
 /* ---- metrics ---- */
@@ -218,15 +250,24 @@ static void reply_metrics(struct http_exchange *exchange, const char *text)
         http_reply_error(exchange, &(struct error){ERROR_NO_MEMORY, "metrics", ""});
 }
 
-enum { MORE_GAUGES = 16 };
+enum { MORE_GAUGES = 20 };
 
-/* Of jobs and of the process. */
+/* Of what is stored, of jobs and of the process. */
 static void put_more_gauges(const struct service *service, struct metrics_gauge gauges[MORE_GAUGES])
 {
+    const struct resource_store_totals scenes =
+        resource_store_get_totals(service->resources.scenes);
+    const struct resource_store_totals maps =
+        resource_store_get_totals(service->resources.environments);
     const struct jobs_totals j = jobs_get_totals(service->jobs);
     const char *const jobs = "vitrail_jobs", *const job_frames = "vitrail_job_frames_total",
                       *const forgotten = "vitrail_jobs_forgotten_total";
     const struct metrics_gauge made[MORE_GAUGES] = {
+        {"vitrail_scenes", "Scenes stored.", false, NULL, (double)scenes.count},
+        {"vitrail_scenes_bytes", "Their decoded size.", false, NULL, (double)scenes.decoded_bytes},
+        {"vitrail_environments", "Environment maps stored.", false, NULL, (double)maps.count},
+        {"vitrail_environments_bytes", "Their decoded size.", false, NULL,
+         (double)maps.decoded_bytes},
         {jobs, "Jobs kept, by state.", false, "state=\"queued\"",
          (double)j.by_state[FARM_JOB_QUEUED]},
         {jobs, "", false, "state=\"waiting\"", (double)j.waiting},
@@ -253,13 +294,46 @@ static void put_more_gauges(const struct service *service, struct metrics_gauge 
     memcpy(gauges, made, sizeof made);
 }
 
+enum { WORKER_GAUGES = 5 };
+
+/* Gauges of each worker, with the labels that they borrow. */
+struct worker_gauges {
+    struct metrics_gauge gauges[CONFIG_WORKERS_MAX * WORKER_GAUGES];
+    char labels[CONFIG_WORKERS_MAX][24];
+    size_t count;
+};
+
+static void put_worker_gauges(const struct service *service, struct worker_gauges *made)
+{
+    struct worker_status workers[CONFIG_WORKERS_MAX];
+    int count = supervisor_get_workers(service->supervisor, workers);
+    made->count = 0;
+    for (int i = 0; i < count; i++)
+        snprintf(made->labels[i], sizeof made->labels[i], "worker=\"%d\"", workers[i].number);
+    for (int name = 0; name < WORKER_GAUGES; name++)
+        for (int i = 0; i < count; i++) {
+            const struct worker_status *one = &workers[i];
+            const char *label = made->labels[i];
+            const struct metrics_gauge by_name[WORKER_GAUGES] = {
+                {"vitrail_worker_ready", "1: it takes renders.", false, label, one->is_ready},
+                {"vitrail_worker_in_flight", "Renders and questions that it has.", false, label,
+                 one->in_flight},
+                {"vitrail_worker_renders_total", "Renders that it has made.", true, label,
+                 (double)one->totals.rendered},
+                {"vitrail_worker_ends_total", "Times that it was replaced.", true, label,
+                 (double)(one->totals.crashes + one->totals.timeouts)},
+                {"vitrail_worker_scenes", "Scenes that it has mapped.", false, label,
+                 (double)one->totals.cache_scenes},
+            };
+            made->gauges[made->count++] = by_name[name];
+        }
+}
+
 static void run_metrics(struct service *service, struct http_exchange *exchange, const char *id)
 {
     (void)id;
     struct supervisor_totals r = supervisor_get_totals(service->supervisor);
     struct decode_totals d = decode_pool_get_totals(service->decoders);
-    struct resource_store_totals s = resource_store_get_totals(service->resources.scenes);
-    struct resource_store_totals maps = resource_store_get_totals(service->resources.environments);
     struct http_server_totals h = http_server_get_totals(service->http);
     struct views_totals v = views_get_totals(service->views);
     struct view_images_totals i = view_images_get_totals(service->view_images);
@@ -282,7 +356,7 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
         {renders, "", true, "result=\"cancelled\"", (double)r.cancelled},
         {"vitrail_render_retries_total", "Renders begun again on a new worker.", true, NULL,
          (double)r.retried},
-        {"vitrail_render_queue_depth", "Renders that wait for the worker.", false, NULL,
+        {"vitrail_render_queue_depth", "Renders that wait for a worker.", false, NULL,
          (double)r.waiting},
         {"vitrail_render_queue_age_seconds", "Age of the oldest one that waits.", false, NULL,
          r.oldest_wait_s},
@@ -293,7 +367,7 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
          (double)r.quarantined},
         {"vitrail_gpu_memory_bytes", "GPU memory that scenes and requests take.", false, NULL,
          (double)r.workers.gpu_used_bytes},
-        {"vitrail_scene_cache_bytes", "Scenes mapped by the worker.", false, NULL,
+        {"vitrail_scene_cache_bytes", "Scenes mapped by workers.", false, NULL,
          (double)r.workers.cache_bytes},
         {"vitrail_scene_cache_entries", "Their number.", false, NULL,
          (double)r.workers.cache_scenes},
@@ -303,7 +377,7 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
          (double)r.workers.cache_misses},
         {"vitrail_scene_cache_evictions_total", "Scenes let go for others.", true, NULL,
          (double)r.workers.cache_evictions},
-        {"vitrail_shader_programs_built_total", "Compiled by the worker that runs.", true, NULL,
+        {"vitrail_shader_programs_built_total", "Compiled by the workers that run.", true, NULL,
          (double)r.workers.programs_built},
         {"vitrail_shader_programs_reused_total", "Uses of those it had.", true, NULL,
          (double)r.workers.programs_reused},
@@ -315,14 +389,9 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
          (double)r.workers.programs_kept_bytes},
         {"vitrail_warm_ups_total", "Scenes made ready before anyone asked.", true, NULL,
          (double)r.warm_ups.done},
-        {timings, "Runners-up of auto drawn while nobody asked, by the worker that runs.", true,
+        {timings, "Runners-up of auto drawn while nobody asked, by the workers that run.", true,
          "end=\"finished\"", (double)r.workers.timed},
         {timings, "", true, "end=\"stopped\"", (double)r.workers.timings_stopped},
-        {"vitrail_scenes", "Scenes stored.", false, NULL, (double)s.count},
-        {"vitrail_scenes_bytes", "Their decoded size.", false, NULL, (double)s.decoded_bytes},
-        {"vitrail_environments", "Environment maps stored.", false, NULL, (double)maps.count},
-        {"vitrail_environments_bytes", "Their decoded size.", false, NULL,
-         (double)maps.decoded_bytes},
         {"vitrail_decodes_total", "Uploads decoded, by result.", true, "result=\"done\"",
          (double)d.decoded},
         {"vitrail_decodes_total", "", true, "result=\"refused\"", (double)d.refused},
@@ -347,10 +416,15 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
          (double)v.sent_frames},
     };
     enum { OTHERS = sizeof gauges / sizeof gauges[0] };
-    struct metrics_gauge all[OTHERS + MORE_GAUGES];
+    struct worker_gauges by_worker;
+    put_worker_gauges(service, &by_worker);
+    struct metrics_gauge
+        all[OTHERS + MORE_GAUGES + sizeof by_worker.gauges / sizeof *by_worker.gauges];
     memcpy(all, gauges, sizeof gauges);
     put_more_gauges(service, all + OTHERS);
-    char *text = metrics_to_text(service->metrics, all, OTHERS + MORE_GAUGES);
+    memcpy(all + OTHERS + MORE_GAUGES, by_worker.gauges,
+           by_worker.count * sizeof *by_worker.gauges);
+    char *text = metrics_to_text(service->metrics, all, OTHERS + MORE_GAUGES + by_worker.count);
     reply_metrics(exchange, text);
     free(text);
 }

@@ -109,7 +109,8 @@ static void made(void *context, struct view_image *image, enum view_image_source
     add_headers(get);
     http_reply_header(exchange, "Server-Timing", "%s", image->timing);
     http_reply_header(exchange, "Link", "</v1/frames/%s>; rel=\"describedby\"", image->frame);
-    if (service_tag_image(get->service, get->picture.digest, image->drawn, get->tag) &&
+    const struct made_image shown = {get->picture.digest, image->drawn, image->worker};
+    if (service_tag_image(get->service, &shown, get->tag) &&
         reply_if_unchanged(exchange, get->tag)) {
         close(fd);
         views_count_not_modified(get->service->views);
@@ -169,6 +170,7 @@ static void run_image(struct service *service, struct http_exchange *exchange, c
         .request_id = http_request_id(exchange),
         .view = get->id,
         .revision = get->picture.revision,
+        .home = get->picture.home,
         .offer = get->picture.offer,
         .context = get,
         .done = made};

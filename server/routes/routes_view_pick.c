@@ -130,6 +130,7 @@ static struct render_task *make_task(struct pick_get *get, struct error *err)
     memcpy(task->scene, get->picture.scene, sizeof task->scene);
     task->question = pick_make_step(&get->desc);
     task->priority = RENDER_INTERACTIVE;
+    task->home = get->picture.home;
     task->context = get;
     task->done = picked;
     task->ticket = supervisor_next_ticket(get->service->supervisor);

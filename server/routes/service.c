@@ -66,6 +66,7 @@ struct service *service_create(const struct config *config, const struct log *lo
     service->tradeoffs =
         tradeoffs_create(&(struct tradeoffs_desc){.state_dir = config->state_dir,
                                                   .log = log,
+                                                  .processors = config_threads(config),
                                                   .supervisor = service->supervisor,
                                                   .resources = &service->resources},
                          err);
@@ -175,17 +176,22 @@ void service_warm_up(struct service *service)
     }
 }
 
-static bool make_tag(struct service *service, const char *digest, const char *drawn,
+static bool make_tag(struct service *service, const struct made_image *image,
                      char tag[IMAGE_TAG_BYTES])
 {
-    return image_tag_make(service->supervisor, service->build_id, *drawn ? drawn : digest, tag);
+    const struct image_tag_desc desc = {.supervisor = service->supervisor,
+                                        .build_id = service->build_id,
+                                        .request_digest =
+                                            *image->drawn ? image->drawn : image->digest,
+                                        .worker = image->worker};
+    return image_tag_make(&desc, tag);
 }
 
-bool service_tag_image(struct service *service, const char *digest, const char *drawn,
+bool service_tag_image(struct service *service, const struct made_image *image,
                        char tag[IMAGE_TAG_BYTES])
 {
-    target_digests_note(service->targets, digest, drawn);
-    return make_tag(service, digest, drawn, tag);
+    target_digests_note(service->targets, image->digest, image->drawn);
+    return make_tag(service, image, tag);
 }
 
 bool service_find_tag(struct service *service, const char *digest, bool has_target,
@@ -193,7 +199,7 @@ bool service_find_tag(struct service *service, const char *digest, bool has_targ
 {
     char drawn[DIGEST_TEXT_BYTES] = "";
     return (!has_target || target_digests_find(service->targets, digest, drawn)) &&
-           make_tag(service, digest, drawn, tag);
+           make_tag(service, &(struct made_image){.digest = digest, .drawn = drawn}, tag);
 }
 
 int service_port(const struct service *service)

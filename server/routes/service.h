@@ -61,7 +61,11 @@ void service_warm_up(struct service *service);
 /* The tag of an image that is made, which is kept for its target. digest: image_digest of the
  * request; drawn: as in render_outcome, "" where nothing was chosen for a target. False while no
  * device is known. */
-bool service_tag_image(struct service *service, const char *digest, const char *drawn,
+struct made_image {
+    const char *digest, *drawn; /* required, borrowed */
+    int worker;                 /* as in render_outcome */
+};
+bool service_tag_image(struct service *service, const struct made_image *image,
                        char tag[IMAGE_TAG_BYTES]);
 /* The tag of an image that is not made yet. For a target it is that of the image that was made for
  * it before; false: there is none. */

@@ -4,7 +4,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "protocol/request_tree.h"
 #include "server/base/clock.h"
@@ -71,8 +70,8 @@ bool tradeoffs_device_name(struct tradeoffs *tradeoffs, char name[TRADEOFF_DEVIC
     struct device_capabilities device;
     if (!supervisor_get_device(tradeoffs->desc.supervisor, &device))
         return false;
-    snprintf(name, TRADEOFF_DEVICE_BYTES, "%s, %s, %ld processors, vitrail %s", device.renderer,
-             device.version, sysconf(_SC_NPROCESSORS_ONLN), VITRAIL_VERSION);
+    snprintf(name, TRADEOFF_DEVICE_BYTES, "%s, %s, %d processors, vitrail %s", device.renderer,
+             device.version, tradeoffs->desc.processors, VITRAIL_VERSION);
     return true;
 }
 

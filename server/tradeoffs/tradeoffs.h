@@ -26,6 +26,7 @@ struct tradeoffs;
 struct tradeoffs_desc {
     const char *state_dir;             /* required */
     const struct log *log;             /* required, borrowed */
+    int processors;                    /* that one worker may keep busy */
     struct supervisor *supervisor;     /* required, borrowed until tradeoffs_stop */
     const struct resources *resources; /* required, borrowed */
 };

@@ -22,26 +22,27 @@ void image_digest(const char *text, const json_t *offer, char digest[DIGEST_TEXT
     free(rows);
 }
 
-bool image_tag_make(struct supervisor *supervisor, const char *build_id, const char *request_digest,
-                    char tag[IMAGE_TAG_BYTES])
+bool image_tag_make(const struct image_tag_desc *desc, char tag[IMAGE_TAG_BYTES])
 {
     struct device_capabilities device = {0};
-    bool has_device = supervisor_get_device(supervisor, &device);
+    bool has_device = supervisor_get_device(desc->supervisor, &device);
     struct digest *digest = digest_create(NULL);
     tag[0] = '\0';
     if (!digest)
         return false;
+    if (desc->worker) /* others may have learned more, or less */
+        device.automatic.learned = supervisor_get_learned(desc->supervisor, desc->worker);
     char automatic[256]; /* what decides between techniques */
     snprintf(automatic, sizeof automatic, "%s %.17g %.17g %.17g %.17g %.17g %" PRIx64,
              device.automatic.policy, device.automatic.frame_ms, device.automatic.shade,
              device.automatic.maps, device.automatic.trace, device.automatic.build,
              device.automatic.learned);
-    const struct supervisor_budgets budgets = supervisor_get_budgets(supervisor);
+    const struct supervisor_budgets budgets = supervisor_get_budgets(desc->supervisor);
     char memory[96]; /* budgets that decide about texture levels and compression */
     snprintf(memory, sizeof memory, "%d %" PRIu64 " %" PRIu64, device.blocks.from_levels,
              budgets.gpu, budgets.textures);
-    const char *parts[] = {request_digest, build_id,  device.vendor, device.renderer,
-                           device.version, automatic, memory};
+    const char *parts[] = {desc->request_digest, desc->build_id, device.vendor, device.renderer,
+                           device.version,       automatic,      memory};
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
         digest_write(digest, parts[i], strlen(parts[i]) + 1);
     tag[0] = '"';

@@ -20,8 +20,12 @@ void image_digest(const char *text, const json_t *offer, char digest[DIGEST_TEXT
 /* The strong tag, with its quotes, of everything that decides pixels: the digest of the request,
  * which names the scene, the program, the device and the budgets of its memory. False while no
  * device is known; then the tag still tells requests apart. */
-bool image_tag_make(struct supervisor *supervisor, const char *build_id, const char *request_digest,
-                    char tag[IMAGE_TAG_BYTES]);
+struct image_tag_desc { /* the first three are required, borrowed */
+    struct supervisor *supervisor;
+    const char *build_id, *request_digest;
+    int worker; /* of an image that is made: the worker that made it; 0: it is not made yet */
+};
+MUST_CHECK bool image_tag_make(const struct image_tag_desc *desc, char tag[IMAGE_TAG_BYTES]);
 
 /* Value of the Priority header (RFC 9218): urgency 0 to 7, 3 without one. NULL is none. */
 enum render_priority image_priority(const char *priority);

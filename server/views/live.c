@@ -82,7 +82,6 @@ static void count_frame(struct views_totals *totals, enum live_kind kind)
 static void frame_done(void *context, struct view_image *image, enum view_image_source source,
                        const struct error *problem)
 {
-    (void)source;
     struct launch *launch = context;
     struct view *view = launch->view;
     struct views *views = view->views;
@@ -93,6 +92,8 @@ static void frame_done(void *context, struct view_image *image, enum view_image_
         live->tried_revision = live->pending_revision;
         live->tried = image || launch->kind == LIVE_MOVING ? launch->kind : LIVE_REFINED;
     }
+    if (image && source == VIEW_IMAGE_RENDERED)
+        view->home = image->worker;
     live->pending = LIVE_NONE;
     live->progress = (struct job_progress){0};
     live->is_unwanted = false;
@@ -211,6 +212,7 @@ void live_launch(struct launch *launch)
                                                  .tag = picture->tag,
                                                  .format = launch->format,
                                                  .priority = priority_of(launch->kind),
+                                                 .home = picture->home,
                                                  .view = launch->view->id,
                                                  .revision = picture->revision,
                                                  .is_moving = launch->kind == LIVE_MOVING,
@@ -323,9 +325,12 @@ void live_note_image(struct views *views, const char *id, uint64_t revision,
                      struct view_image *image)
 {
     pthread_mutex_lock(&views->mutex);
-    for (struct view *view = views->oldest; view; view = view->next)
-        if (strcmp(view->id, id) == 0 && view->live.watcher_count > view->live.active_count) {
-            struct live *live = &view->live;
+    for (struct view *view = views->oldest; view; view = view->next) {
+        if (strcmp(view->id, id) != 0)
+            continue;
+        struct live *live = &view->live;
+        view->home = image->worker;
+        if (live->watcher_count > live->active_count) {
             show(&live->noted, &(struct live_frame){.image = image,
                                                     .number = live->noted.number + 1,
                                                     .revision = revision,
@@ -333,6 +338,7 @@ void live_note_image(struct views *views, const char *id, uint64_t revision,
                                                     .scale = 1});
             live_tell(view);
         }
+    }
     pthread_mutex_unlock(&views->mutex);
 }
 

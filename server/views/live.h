@@ -56,7 +56,8 @@ void watcher_look(struct watcher *watcher, bool wants_frame, struct watcher_news
 /* The newest frame once more, for a beat; false when there is none. The image is the caller's. */
 bool watcher_repeat(struct watcher *watcher, struct live_frame *frame);
 
-/* An image of the view that was made for others: passive watchers see it. */
+/* An image of the view that was rendered for others: passive watchers see it, and its worker is the
+ * view's. */
 void live_note_image(struct views *views, const char *view, uint64_t revision,
                      struct view_image *image);
 

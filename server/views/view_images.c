@@ -103,6 +103,7 @@ static struct view_image *make_image(const struct making *making, struct render_
     outcome->image_fd = -1;
     image->format = making->format;
     memcpy(image->drawn, outcome->drawn, sizeof image->drawn);
+    image->worker = outcome->worker;
     if (!map_image(image, err) || !frames_make_id(image->frame, err)) {
         view_image_release(image);
         return NULL;
@@ -216,6 +217,7 @@ static struct render_task *make_task(struct view_images *images,
     memcpy(task->scene, request->scene, sizeof task->scene);
     task->format = request->format;
     task->priority = request->priority;
+    task->home = request->home;
     task->expects_reuse = true;
     task->may_be_coarse = request->is_moving;
     task->done = rendered;

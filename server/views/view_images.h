@@ -26,6 +26,7 @@ struct view_image {
     double queue_ms, cost_ms, total_ms;     /* cost: of the renderer and the encoder */
     char *stats;                            /* owned JSON */
     char drawn[DIGEST_TEXT_BYTES];          /* render_outcome.drawn */
+    int worker;                             /* render_outcome.worker */
 };
 struct view_image *view_image_hold(struct view_image *image);
 void view_image_release(struct view_image *image); /* accepts NULL */
@@ -42,6 +43,7 @@ struct view_image_request {
     const char *request_id; /* borrowed until done; NULL: none */
     const char *view;       /* for the stats */
     uint64_t revision;
+    int home;       /* render_task.home */
     bool is_moving; /* of a moving frame: not cached */
     json_t *offer;  /* borrowed; of the task, or NULL */
     void *context;

@@ -387,7 +387,10 @@ static bool describe(struct view *view, const struct view_frame_desc *frame,
         !tradeoffs_offer(desc->tradeoffs, &measured, true, &picture->offer, err))
         return false;
     image_digest(picture->text, picture->offer, picture->digest);
-    (void)!image_tag_make(desc->supervisor, desc->build_id, picture->digest, picture->tag);
+    (void)!image_tag_make(&(struct image_tag_desc){.supervisor = desc->supervisor,
+                                                   .build_id = desc->build_id,
+                                                   .request_digest = picture->digest},
+                          picture->tag);
     return true;
 }
 
@@ -395,7 +398,8 @@ bool view_describe_frame(struct view *view, const struct view_frame_desc *frame,
                          struct view_picture *picture, struct error *err)
 {
     *picture = (struct view_picture){.revision = view->revision,
-                                     .shape = view_document_shape(view->document)};
+                                     .shape = view_document_shape(view->document),
+                                     .home = view->home};
     snprintf(picture->scene, sizeof picture->scene, "%s", view_document_scene(view->document));
     view_document_resources(view->document, &picture->resources);
     picture->text =

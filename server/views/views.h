@@ -81,6 +81,7 @@ struct view_picture {
     bool has_target; /* the worker chooses: target_digests.h knows what it drew */
     uint64_t revision, shape;
     int width_px, height_px;
+    int home; /* the number of the worker that has drawn the view so far; 0: none has */
 };
 MUST_CHECK bool views_describe_frame(struct views *views, const char *id,
                                      const struct view_frame_desc *frame,

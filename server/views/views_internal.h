@@ -51,6 +51,7 @@ struct view {
     char id[VIEW_ID_BYTES];
     char address[ADDRESS_BYTES];
     uint64_t revision;
+    int home; /* the worker that made its last image: it has what such images share; 0: none */
     struct view_document *document;
     struct scene_names *names; /* NULL: not known */
     int64_t made_unix_s, used_ms, changed_ms;

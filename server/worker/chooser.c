@@ -9,11 +9,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "protocol/limits.h"
 #include "protocol/quality_defaults.h"
 #include "protocol/utf8.h"
+#include "renderer/base/processors.h"
 #include "server/base/build_id.h"
 #include "server/base/processor.h"
 #include "server/mapping/choice_offer.h"
@@ -360,8 +360,8 @@ struct time_estimator *chooser_open_estimator(const struct renderer_info *info, 
     char key[KEY_BYTES], build[BUILD_ID_BYTES];
     struct time_estimator *estimator = time_estimator_create(err);
     build_id_get(build);
-    snprintf(key, sizeof key, "%s, %s, %ld processors, %s", info->renderer, info->version,
-             sysconf(_SC_NPROCESSORS_ONLN), build);
+    snprintf(key, sizeof key, "%s, %s, %d processors, %s", info->renderer, info->version,
+             processors_usable(), build);
     if (estimator && path)
         time_estimator_keep(estimator, path, key);
     return estimator;

@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
+#include "renderer/base/processors.h"
 #include "server/base/build_id.h"
 #include "server/base/processor.h"
 
@@ -21,8 +21,8 @@ void speed_file_make_key(struct renderer *renderer, char key[SPEED_KEY_BYTES])
     renderer_get_info(renderer, &info);
     processor_get_name(processor);
     build_id_get(build);
-    snprintf(key, SPEED_KEY_BYTES, "%s|%s|%s|%s|%ld|%s|%s", info.vendor, info.renderer,
-             info.version, processor, sysconf(_SC_NPROCESSORS_ONLN), threads ? threads : "", build);
+    snprintf(key, SPEED_KEY_BYTES, "%s|%s|%s|%s|%d|%s|%s", info.vendor, info.renderer, info.version,
+             processor, processors_usable(), threads ? threads : "", build);
 }
 
 bool speed_file_load(void *numbers, const struct speed_members *members, const char *path,

@@ -88,6 +88,13 @@ void time_estimator_keep(struct time_estimator *estimator, const char *path, con
     free(earlier);
 }
 
+void time_estimator_only_read(struct time_estimator *estimator)
+{
+    pthread_mutex_lock(&estimator->mutex);
+    estimator->path[0] = '\0';
+    pthread_mutex_unlock(&estimator->mutex);
+}
+
 void time_estimator_forget_memory(struct time_estimator *estimator)
 {
     pthread_mutex_lock(&estimator->mutex);

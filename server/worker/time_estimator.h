@@ -21,6 +21,9 @@ void time_estimator_destroy(struct time_estimator *estimator);
  * call counts. What cannot be written is learned again. */
 void time_estimator_keep(struct time_estimator *estimator, const char *path, const char *key);
 
+/* Writes no more: another process does. */
+void time_estimator_only_read(struct time_estimator *estimator);
+
 /* The worker has given back what it held between frames. */
 void time_estimator_forget_memory(struct time_estimator *estimator);
 

@@ -10,6 +10,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "renderer/base/processors.h"
 #include "server/base/build_id.h"
 #include "server/base/clock.h"
 #include "server/base/ipc.h"
@@ -460,8 +461,8 @@ static bool serve_question(struct worker *worker, struct ipc_message *message)
 
 static int encode_threads(void)
 {
-    long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    return cores < 4 ? 1 : cores / 2 > ENCODE_THREADS_MAX ? ENCODE_THREADS_MAX : (int)(cores / 2);
+    int cores = processors_usable();
+    return cores < 4 ? 1 : cores / 2 > ENCODE_THREADS_MAX ? ENCODE_THREADS_MAX : cores / 2;
 }
 
 /* Before each step with a device: the front knows of it when this process ends meanwhile. */
@@ -487,6 +488,8 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
             .devices = &worker->devices,
             .watch = &watch,
             .shader_dump_dir = dump_dir && *dump_dir ? dump_dir : NULL,
+            .learns_nothing = !json_is_true(json_object_get(settings, "keeps")),
+            .gpu_sharers = (int)json_integer_value(json_object_get(settings, "sharers")),
             .self_test = tests_all ? RENDERER_SELFTEST_ALWAYS : RENDERER_SELFTEST_KEPT,
             .proof_file = json_string_value(json_object_get(settings, "proof_file")),
             .build = build,
@@ -522,6 +525,8 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
         &worker->info, json_string_value(json_object_get(settings, "budgets_file")), err);
     if (!worker->estimator)
         return false;
+    if (!worker->device.keeps)
+        time_estimator_only_read(worker->estimator);
     if (!worker->forgotten)
         return error_set(err, ERROR_NO_MEMORY, "worker");
     worker->inbox = inbox_create(worker->socket, err);
@@ -595,6 +600,14 @@ static void rest(struct worker *worker)
 }
 
 /* True while the worker shall go on. */
+/* Choices go by it from now on. */
+static void follow(struct worker *worker)
+{
+    retire(worker);
+    worker_device_follow(&worker->device);
+    send_totals(worker);
+}
+
 static bool serve(struct worker *worker, struct ipc_message *message)
 {
     const char *op = json_string_value(json_object_get(message->json, "op"));
@@ -604,6 +617,8 @@ static bool serve(struct worker *worker, struct ipc_message *message)
         return serve_question(worker, message);
     if (op && strcmp(op, "rest") == 0)
         rest(worker);
+    if (op && strcmp(op, "learned") == 0)
+        follow(worker);
     return !op || strcmp(op, "render") != 0 || serve_render(worker, message);
 }
 
@@ -697,7 +712,7 @@ static bool next_message(struct worker *worker, struct ipc_message *message)
     if (worker->device.is_pending && !worker->is_lost &&
         !inbox_wait(worker->inbox, MEASURE_IDLE_MS))
         measure_device(worker);
-    if (idle_timing_message(&worker->timing) && !worker->is_lost &&
+    if (worker->device.keeps && idle_timing_message(&worker->timing) && !worker->is_lost &&
         !inbox_wait(worker->inbox, IDLE_TIMING_AFTER_MS))
         time_runner_up(worker);
     return !worker->is_lost && inbox_take(worker->inbox, message);

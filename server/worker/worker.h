@@ -11,7 +11,8 @@
  * - configure {device, gpu_budget_bytes, texture_budget_bytes, texture_upload_bytes,
  *   texture_upload_ms, texture_compression, cache_bytes, dump_shaders, program_folder,
  *   program_budget_bytes, auto, speed_file, texture_file, observations_file, budgets_file,
- * self_test, proof_file, passed_over}: first, once
+ * self_test, proof_file, passed_over, keeps, sharers}: first, once. `keeps`: it is the one that
+ *   learns from frames and writes the files; others read them. `sharers`: workers on its device
  * - render {id, scene, urgent, format, reuse, coarse, parts, offer, forget}, descriptors: the
  * request as JSON (memfd), the scene's blob, those of `parts` in their order. `offer`
  *   (server/mapping/choice_offer.h) is there where something of the request is left open
@@ -21,6 +22,7 @@
  *   known
  * - cancel {id}: a render that is not wanted any more; it ends with an error, or is done
  * - forget {forget}: ids of scenes that were deleted, here and in render and ask
+ * - learned {}: the one that keeps has written down what it learned of frames, which is read anew
  * - rest {}: nobody has asked for a while; memory of structures that the last frame did not use is
  *   given back
  *

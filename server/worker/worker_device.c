@@ -33,6 +33,12 @@ static void read_observations(struct worker_device *device)
     (void)renderer_get_learned(device->renderer, &device->observations_print);
 }
 
+void worker_device_follow(struct worker_device *device)
+{
+    if (!device->keeps && device->automatic.policy == AUTO_MEASURED)
+        read_observations(device);
+}
+
 static struct device_speed_desc speed_desc(const struct worker_device *device)
 {
     return (struct device_speed_desc){.renderer = device->renderer,
@@ -50,7 +56,9 @@ static void set_auto(struct worker_device *device)
 void worker_device_measure(struct worker_device *device)
 {
     struct error problem = {0};
-    const struct device_speed_desc desc = speed_desc(device);
+    struct device_speed_desc desc = speed_desc(device);
+    if (!device->keeps)
+        desc.path = "";
     device->auto_note[0] = 0;
     if (!device_speed_measure(&device->automatic.speed, &desc, device->auto_note, &problem)) {
         /* no failure: auto is rasterised there */
@@ -121,6 +129,7 @@ void worker_device_init(struct worker_device *device, struct renderer *renderer,
 {
     device->renderer = renderer;
     device->settings = json_deep_copy(settings);
+    device->keeps = json_is_true(json_object_get(settings, "keeps"));
     find_speed(device);
     set_compression(device);
 }
@@ -146,7 +155,8 @@ uint64_t worker_device_keep_observations(struct worker_device *device)
     struct error unsaved = {0};
     uint64_t print;
     const struct learning *learned = renderer_get_learned(device->renderer, &print);
-    if (print == device->observations_print || !device->observations_path[0] || !learned)
+    if (print == device->observations_print || !device->observations_path[0] || !learned ||
+        !device->keeps)
         return print;
     device->observations_print = print;
     speed_file_make_key(device->renderer, key);

@@ -15,6 +15,7 @@ struct worker_device { /* zeroed = not begun */
     struct renderer *renderer;
     json_t *settings; /* owned */
     bool is_pending;  /* its speed is not known yet: worker_device_measure */
+    bool keeps;       /* writes what is learned; else another worker does */
     struct auto_settings automatic;
     char auto_note[CAPABILITIES_TEXT_BYTES];
     struct device_blocks blocks;
@@ -37,8 +38,11 @@ void worker_device_measure(struct worker_device *device);
 void worker_device_describe(const struct worker_device *device,
                             struct device_capabilities *capabilities);
 
-/* Stores what was learned from frames, and returns its print. What cannot be written is learned
- * again at the next start. */
+/* Reads what the worker that keeps has learned from frames. With no frame under way. */
+void worker_device_follow(struct worker_device *device);
+
+/* Stores what was learned from frames where this worker keeps, and returns its print. What cannot
+ * be written is learned again at the next start. */
 uint64_t worker_device_keep_observations(struct worker_device *device);
 
 #endif

@@ -94,10 +94,12 @@ def default_told(name, kind, value):
 def settings():
     """The rows of the table of configuration.md."""
     source = sources.read("server/base/config.c")
-    most_warm = re.search(r"WARM_UPS_MAX = (\d+)", sources.read("server/base/config.h"))[1]
+    header = sources.read("server/base/config.h")
+    named = {name: re.search(rf"{name} = (\d+)", header)[1]
+             for name in ("WARM_UPS_MAX", "CONFIG_WORKERS_MAX")}
     values = defaults()
     for name, kind, least, most, words in KEY.findall(source):
-        most = None if most == "INT64_MAX" else number_of(most.replace("WARM_UPS_MAX", most_warm))
+        most = None if most == "INT64_MAX" else number_of(named.get(most, most))
         least = number_of(least)
         text = "".join(re.findall(r'"([^"]*)"', words)).replace("|", "/")
         yield (f"| `--{name}` | {default_told(name, kind, values[name])} | "

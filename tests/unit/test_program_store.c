@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -274,6 +275,35 @@ static void what_ends_the_process_is_not_tried_again(void **state)
     program_store_close(store);
 }
 
+static int child_that_has_ended(void)
+{
+    pid_t child = fork();
+    if (child == 0)
+        _exit(0);
+    assert_int_equal(waitpid(child, NULL, 0), child);
+    return (int)child;
+}
+
+static void drafts_of_processes_that_run_stay(void **state)
+{
+    char command[PATH_BYTES], first[16];
+    struct program_store *store = open_store(*state, "driver", 1 << 20);
+    const struct place *place = *state;
+    put(store, "red", "crimson", 1);
+    program_store_close(store);
+    snprintf(command, sizeof command,
+             "cd '%s' && f=$(echo *.program) && cp $f $f.%d.draft && cp $f $f.%d.draft && "
+             "cp $f $f.draft",
+             place->folder, (int)getppid(), child_that_has_ended());
+    assert_int_equal(system(command), 0); /* NOLINT(cert-env33-c): a folder of our own */
+    assert_int_equal(count_files(*state), 4);
+    store = open_store(*state, "driver", 1 << 20);
+    assert_int_equal(count_files(*state), 2); /* the program, and what another process tries */
+    assert_int_equal(look(store, "red", first), 7);
+    assert_int_equal(count_files(*state), 2);
+    program_store_close(store);
+}
+
 static void a_folder_that_cannot_be_is_named(void **state)
 {
     struct error err = {0};
@@ -297,6 +327,7 @@ int main(void)
         IN_PLACE(links_pipes_and_folders_are_no_programs),
         IN_PLACE(the_least_recently_used_leave),
         IN_PLACE(what_ends_the_process_is_not_tried_again),
+        IN_PLACE(drafts_of_processes_that_run_stay),
         cmocka_unit_test(a_folder_that_cannot_be_is_named),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

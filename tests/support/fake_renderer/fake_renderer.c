@@ -8,9 +8,10 @@
  * "fake:error-on-device", "fake:lost-on-device" and "fake:hang-on-device" do as those above.
  * "fake:crash-at=T" ends it where the view's time is T seconds, to the second.
  * "fake:tradeoff" gives each setting an error and a time, and with it
- * "fake:crash-at-2048" crashes on shadow maps of that size. Device 64 does not exist.
- * The importer is the real one, but for files that hold "fake:decoder-crash", "fake:decoder-hang",
- * "fake:decoder-open", "fake:decoder-exec", "fake:decoder-socket" or "fake:decoder-memory". */
+ * "fake:crash-at-2048" crashes on shadow maps of that size. Device 64 does not exist, device 62 is
+ * of another kind. The importer is the real one, but for files that hold "fake:decoder-crash",
+ * "fake:decoder-hang", "fake:decoder-open", "fake:decoder-exec", "fake:decoder-socket" or
+ * "fake:decoder-memory". */
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -30,8 +31,8 @@
 
 enum { SCENES_MAX = 8, ENVIRONMENTS_MAX = 2 };
 
-/* EGL numbers: no such device, and software beside hardware. */
-static const char device_missing[] = "64", device_software[] = "63";
+/* EGL numbers: no such device, software beside hardware, and a device of another kind. */
+static const char device_missing[] = "64", device_software[] = "63", device_other[] = "62";
 
 struct fake_scene {
     char key[65];
@@ -43,7 +44,7 @@ struct fake_scene {
 
 struct renderer {
     uint64_t budget_bytes;
-    bool is_beside_hardware;
+    bool is_beside_hardware, is_other;
     struct fake_scene scenes[SCENES_MAX]; /* oldest first */
     int scene_count;
     struct renderer_environment_desc environments[ENVIRONMENTS_MAX]; /* oldest first */
@@ -74,6 +75,8 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
         renderer->budget_bytes = desc->gpu_budget_bytes;
     if (renderer)
         renderer->is_beside_hardware = desc->device && !strcmp(desc->device, device_software);
+    if (renderer)
+        renderer->is_other = desc->device && !strcmp(desc->device, device_other);
     return renderer;
 }
 
@@ -204,6 +207,8 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
                                    .budget_bytes = renderer->budget_bytes,
                                    .used_bytes = (uint64_t)renderer->scene_count << 20,
                                    .devices = {"EGL device 1: taken"}};
+    if (renderer->is_other)
+        snprintf(info->renderer, sizeof info->renderer, "another fake");
     if (renderer->is_beside_hardware)
         snprintf(info->warning, sizeof info->warning, "software renders, though there is hardware");
 }

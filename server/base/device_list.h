@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: MIT */
+/* The value of --device: what gl_device_parse takes, or several of that with commas between them.
+ * Thread: any. */
+#ifndef VITRAIL_SERVER_BASE_DEVICE_LIST_H
+#define VITRAIL_SERVER_BASE_DEVICE_LIST_H
+
+#include <stddef.h>
+
+#include "protocol/error.h"
+
+struct device_list_limits {
+    int most;     /* entries */
+    size_t bytes; /* of the text, with its NUL */
+};
+/* ERROR_INVALID_REQUEST names what is wrong with which entry. */
+MUST_CHECK bool device_list_check(const char *list, const struct device_list_limits *limits,
+                                  struct error *err);
+
+int device_list_count(const char *list); /* of entries; 1 for "" */
+
+/* The entry; device holds as many bytes as the list. */
+void device_list_get(const char *list, int index, char *device, size_t device_bytes);
+
+#endif
