@@ -14,13 +14,13 @@ REPLY_TIMEOUT_S = 600
 class Daemon:
     """began, ready_s: when it was started [monotonic s], and how long it took to be ready."""
 
-    def __init__(self, binaries, state_dir, poll_s=0.02):
+    def __init__(self, binaries, state_dir, *flags, poll_s=0.02):
         environment = {name: value for name, value in os.environ.items()
                        if name != "MESA_SHADER_CACHE_DIR" and not name.startswith("VITRAIL_")}
         self.began = time.monotonic()
         self.process = subprocess.Popen(
             [os.path.join(binaries, "vitraild"), "--listen", "127.0.0.1:0", "--state-dir",
-             state_dir, "--log-level", "error"], stdout=subprocess.PIPE, text=True,
+             state_dir, "--log-level", "error", *flags], stdout=subprocess.PIPE, text=True,
             env=environment)
         self.port = int(self.process.stdout.readline().rsplit(":", 1)[1])
         while not self.is_ready():

@@ -9,7 +9,9 @@ its end, with one job of N frames. `process` is `vitrail render --spawn` for eac
 which begins with nothing; `kept` is the same over a state directory that keeps the decoded scene
 and the compiled programs. All are stated per frame, in wall and processor time, of all processes.
 `machinery` is what a frame of the job takes beyond its render: the wall time of the job without the
-renders' own, and beside it the same of one-shot renders by a client that stays.
+renders' own, and beside it the same of one-shot renders by a client that stays. `workers` is the
+job on servers with one and with two workers in turn, warm, the least wall time of each: how many
+times faster two are, beside the processors and the load before.
 """
 import argparse
 import json
@@ -123,6 +125,45 @@ def run_job(options, scene, daemon):
             "first_frame_ms": times[0]}
 
 
+def timed_job(options, daemon, scene, frames):
+    """Wall seconds of a job of so many frames, with shadows that both servers make alike."""
+    width, height = map(int, options.size.split("x"))
+    began = time.monotonic()
+    job = daemon.ask_json("/v1/jobs", {
+        "scene": scene, "frames": f"1-{frames}",
+        "view": {"width": width, "height": height, "camera": {"fit": "three-quarter"},
+                 "quality": {"shadows": "deep"}}})
+    while job["state"] in ("queued", "running"):
+        time.sleep(0.01)
+        job = daemon.ask_json(f"/v1/jobs/{job['id']}")
+    assert job["state"] == "done", job
+    return time.monotonic() - began
+
+
+def by_workers(options, scene, folder):
+    """The same job on one worker and on two, in turn."""
+    with open(scene, "rb") as file:
+        glb = file.read()
+    rounds, load, least = 1 if options.quick else 3, os.getloadavg()[0], {}
+    daemons = {count: Daemon(options.bin, os.path.join(folder, f"workers-{count}"), "--workers",
+                             str(count), "--no-warm-up") for count in (1, 2)}
+    try:
+        for count, daemon in daemons.items():
+            found = json.loads(daemon.ask("/v1/scenes", glb, "model/gltf-binary")[1])["id"]
+            while not all(one["ready"] for one in daemon.ask_json("/v1/stats")["workers"]):
+                time.sleep(0.1)
+            timed_job(options, daemon, found, 4 * count)
+        for _ in range(rounds):
+            for count, daemon in daemons.items():
+                took = timed_job(options, daemon, found, options.frames) / options.frames
+                least[count] = min(took, least.get(count, took))
+    finally:
+        for daemon in daemons.values():
+            daemon.stop()
+    return {"one_s": least[1], "two_s": least[2], "ratio": least[1] / least[2],
+            "processors": os.cpu_count(), "load_before": load}
+
+
 def as_processes(options, scene, folder, *more):
     """A process for each frame; of those that keep something the first is left out."""
     laps, clock = [], Clock()
@@ -151,20 +192,23 @@ def main():
                 film = turning(file.read())
                 file.seek(0)
                 file.write(film)
-        job = as_job(options, scene, folder)
+        job, workers = as_job(options, scene, folder), by_workers(options, scene, folder)
         ways = {"process": as_processes(options, scene, folder),
                 "kept": as_processes(options, scene, folder, "--state-dir",
                                      os.path.join(folder, "kept"))}
     for way in ways.values():
         way["ratio"] = {key: way[key] / job[key] for key in ("wall_s", "cpu_s")}
     if options.json:
-        print(json.dumps({"size": options.size, "frames": options.frames, "job": job, **ways},
-                         indent=1))
+        print(json.dumps({"size": options.size, "frames": options.frames, "job": job,
+                          "workers": workers, **ways}, indent=1))
         return
     print(f"{options.frames} frames of {options.size}, per frame:")
     print(f"  job      {job['wall_s']:8.3f} s wall {job['cpu_s']:8.3f} s of processors; "
           f"render {job['frame_ms']:.1f} ms, machinery {job['machinery_ms']:.2f} ms "
           f"(a client that stays: {job['client_ms']:.2f} ms)")
+    print(f"  workers  {workers['one_s']:8.3f} s wall by one, {workers['two_s']:.3f} s by two: "
+          f"{workers['ratio']:.2f} times as fast on {workers['processors']} processors, load "
+          f"{workers['load_before']:.1f} before")
     for name, way in ways.items():
         print(f"  {name:8} {way['wall_s']:8.3f} s wall {way['cpu_s']:8.3f} s of processors; "
               f"{way['ratio']['wall_s']:.1f} and {way['ratio']['cpu_s']:.1f} times the job")

@@ -170,6 +170,8 @@ class CommandLine(unittest.TestCase):
             self.assertGreater(document[how]["wall_s"], 0)
             self.assertGreater(document[how]["cpu_s"], 0)
         self.assertGreater(document["job"]["frame_ms"], 0)
+        workers = document["workers"]
+        self.assertAlmostEqual(workers["one_s"] / workers["two_s"], workers["ratio"])
 
     def test_unknown_suites_and_options_are_refused(self):
         for arguments in (["nothing"], ["deep", "--frames", "0"], ["deep", "--size", "10"],
