@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Pointers into nodes, materials and lights. */
+/* Pointers into nodes, materials, lights and cameras. */
 #include "renderer/import/gltf_pointers.h"
 
 #include <stdlib.h>
@@ -9,6 +9,7 @@
 
 #define NODES "/nodes/"
 #define MATERIALS "/materials/"
+#define CAMERAS "/cameras/"
 #define LIGHTS "/extensions/KHR_lights_punctual/lights/"
 #define EMISSIVE_STRENGTH "/extensions/KHR_materials_emissive_strength/emissiveStrength"
 
@@ -83,6 +84,12 @@ static bool resolve(struct gltf_channel *channel, const struct gltf_document *do
         if (!is_there(index, document->light_count, "light", channel, err))
             return false;
         point_at_member(channel, ANIMATED_LIGHT, index, rest);
+    } else if ((rest = after_index(pointer, CAMERAS, &index))) {
+        if (!is_there(index, document->camera_count, "camera", channel, err))
+            return false;
+        bool is_of_orthographic = strncmp(rest, "/orthographic/", 14) == 0;
+        if (is_of_orthographic == document->cameras[index].is_orthographic)
+            point_at_member(channel, ANIMATED_CAMERA, index, rest);
     }
     return true;
 }

@@ -51,28 +51,24 @@ static const char *const slot_names[SCENE_TEXTURE_SLOT_COUNT] = {
 static void reset_refs(struct scene_material *m)
 {
     for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
-        m->textures[slot] =
-            (struct scene_texture_ref){.texture = -1, .uv_transform = {1, 0, 0, 0, 1, 0}};
+        m->textures[slot] = (struct scene_texture_ref){
+            .texture = -1, .uv_transform = {1, 0, 0, 0, 1, 0}, .uv_scale = {1, 1}};
 }
 
-/* KHR_texture_transform: translation * rotation * scale, rotation clockwise in image space. */
-static bool import_transform(const struct gltf_texture_ref *from, float out[6], struct error *err)
+static bool import_transform(const struct gltf_texture_ref *from, struct scene_texture_ref *to,
+                             struct error *err)
 {
-    float offset[2] = {0, 0}, scale[2] = {1, 1}, rotation;
+    float offset[2] = {0, 0};
     if (!import_numbers(from->offset, 2, -FACTOR_MAX, FACTOR_MAX, offset,
                         "texture transform offset", err) ||
-        !import_numbers(from->scale, 2, -FACTOR_MAX, FACTOR_MAX, scale, "texture transform scale",
-                        err) ||
-        !import_number(from->rotation_rad, -FACTOR_MAX, FACTOR_MAX, &rotation,
+        !import_numbers(from->scale, 2, -FACTOR_MAX, FACTOR_MAX, to->uv_scale,
+                        "texture transform scale", err) ||
+        !import_number(from->rotation_rad, -FACTOR_MAX, FACTOR_MAX, &to->uv_rotation_rad,
                        "texture transform rotation", err))
         return false;
-    double c = cos(from->rotation_rad), s = sin(from->rotation_rad);
-    out[0] = (float)(c * scale[0]);
-    out[1] = (float)(s * scale[1]);
-    out[2] = offset[0];
-    out[3] = (float)(0 - s * scale[0]); /* not -0 */
-    out[4] = (float)(c * scale[1]);
-    out[5] = offset[1];
+    scene_texture_ref_turn(to, from->rotation_rad);
+    to->uv_transform[2] = offset[0];
+    to->uv_transform[5] = offset[1];
     return true;
 }
 
@@ -92,7 +88,7 @@ static bool import_ref(struct importer *importer, const struct gltf_texture_ref 
     to->texture = from->texture;
     to->texcoord = (uint32_t)from->texcoord;
     importer->is_texture_used[from->texture] = true;
-    return !from->has_transform || import_transform(from, to->uv_transform, err);
+    return !from->has_transform || import_transform(from, to, err);
 }
 
 static bool import_alpha_mode(const char *mode, uint32_t *out, struct error *err)

@@ -178,7 +178,8 @@ static bool resolve_node(struct camera *camera, const struct view *view,
     if (scene->nodes[node].camera < 0)
         return error_set_at(err, ERROR_NOT_FOUND, "/camera/node", "node '%s' carries no camera",
                             scene->strings + scene->nodes[node].name);
-    const struct scene_camera *source = &scene->cameras[scene->nodes[node].camera];
+    const struct scene_camera *cameras = state->cameras ? state->cameras : scene->cameras;
+    const struct scene_camera *source = &cameras[scene->nodes[node].camera];
     if (!resolve_matrix(camera, state->world[node], err))
         return false;
     if (source->is_orthographic && view->camera.fov_y_deg <= 0) {

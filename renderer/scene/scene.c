@@ -280,7 +280,8 @@ static bool is_material(const struct scene *scene, const struct scene_material *
     for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
         const struct scene_texture_ref *ref = &m->textures[slot];
         if (!is_index(ref->texture, scene->texture_count) || ref->texcoord > 1 ||
-            !blob_are_finite(ref->uv_transform, 6))
+            !blob_are_finite(ref->uv_transform, 6) || !blob_are_finite(ref->uv_scale, 2) ||
+            !blob_are_finite(&ref->uv_rotation_rad, 1))
             return false;
     }
     for (int i = 0; i < 4; i++)
@@ -450,6 +451,13 @@ static bool has_checked_times(const struct scene *scene, const struct scene_chan
            channel[-1].key_count == channel->key_count;
 }
 
+static uint32_t record_count(const struct scene *scene, enum animated_owner owner)
+{
+    return owner == ANIMATED_MATERIAL ? scene->material_count
+           : owner == ANIMATED_LIGHT  ? scene->light_count
+                                      : scene->camera_count;
+}
+
 static bool has_target(const struct scene *scene, const struct scene_channel *channel)
 {
     const struct animated_member *member = animated_member(channel->member);
@@ -463,9 +471,7 @@ static bool has_target(const struct scene *scene, const struct scene_channel *ch
     case SCENE_VISIBILITY:
         return channel->target < scene->node_count;
     case SCENE_MEMBER:
-        return member &&
-               channel->target < (member->owner == ANIMATED_MATERIAL ? scene->material_count
-                                                                     : scene->light_count);
+        return member && channel->target < record_count(scene, member->owner);
     }
     return false;
 }

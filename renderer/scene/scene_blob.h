@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 #define SCENE_BLOB_MAGIC "VITRAIL" /* 8 bytes with the NUL */
-enum { SCENE_BLOB_VERSION = 14 };  /* any change of a record or of its meaning raises it */
+enum { SCENE_BLOB_VERSION = 15 };  /* any change of a record or of its meaning raises it */
 
 enum scene_section {
     SCENE_STRINGS,    /* char */
@@ -253,7 +253,13 @@ struct scene_texture_ref {
     int32_t texture;       /* index of SCENE_TEXTURES, or -1 */
     uint32_t texcoord;     /* 0 or 1 */
     float uv_transform[6]; /* KHR_texture_transform, 2 x 3 by rows: u' = [0]u + [1]v + [2] */
+    /* What the matrix is made of but for its offset, for animations of one of the two. */
+    float uv_scale[2], uv_rotation_rad;
 };
+
+/* Sets the matrix from the scale and a rotation, and leaves its third column: translation *
+ * rotation * scale, rotation clockwise in image space (KHR_texture_transform). */
+void scene_texture_ref_turn(struct scene_texture_ref *ref, double rotation_rad);
 
 /* How light passes through the surface as the angle changes; glTF extras `vitrail.pass_through`
  * (docs/explanation/shading.md). */

@@ -605,6 +605,7 @@ void scene_state_finish(struct scene_state *state)
     free(state->is_visible);
     free(state->materials);
     free(state->file_lights);
+    free(state->cameras);
     free(state->variant_materials);
     state_caps_finish(&state->caps);
     deforms_finish(&state->deforms);

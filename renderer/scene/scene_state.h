@@ -100,6 +100,7 @@ struct scene_state {
     bool *is_visible;                 /* per node */
     struct state_material *materials; /* per material */
     struct scene_light *file_lights;  /* as an animation has them; NULL: as the scene has them */
+    struct scene_camera *cameras;     /* likewise */
     uint32_t *variant_materials;      /* per primitive, under the view's variant; NULL: its own */
     struct state_item *items;         /* node order, then primitive order */
     size_t item_count;

@@ -158,64 +158,101 @@ void moved_nodes_finish(struct moved_nodes *moved)
     free(moved->has_channel);
 }
 
-/* ---- materials and lights ---- */
+/* ---- materials, lights and cameras ---- */
 
-static bool copy_lights(struct scene_state *state, struct error *err)
+/* A copy of the records, unless there is one. */
+static bool copy_records(void **copy, const void *records, uint32_t count, size_t record_bytes,
+                         struct error *err)
 {
-    const struct scene *scene = state->scene;
-    size_t bytes = scene->light_count * sizeof *state->file_lights;
-    if (state->file_lights)
+    if (*copy)
         return true;
-    state->file_lights = malloc(bytes + 1);
-    if (!state->file_lights)
-        return error_set(err, ERROR_NO_MEMORY, "%u lights", scene->light_count);
-    memcpy(state->file_lights, scene->lights, bytes);
+    *copy = malloc(count * record_bytes + 1);
+    if (!*copy)
+        return error_set(err, ERROR_NO_MEMORY, "%u animated records", count);
+    memcpy(*copy, records, count * record_bytes);
     return true;
 }
 
-/* first_light, first_material: of the member that the channel is of. */
+/* Where the records of a part begin in those of the state. */
+struct first_records {
+    uint32_t material, light, camera;
+};
+
+static bool set_light(struct scene_state *state, uint32_t index,
+                      const struct animated_member *member, const double *values, struct error *err)
+{
+    const struct scene *scene = state->scene;
+    if (!copy_records((void **)&state->file_lights, scene->lights, scene->light_count,
+                      sizeof *scene->lights, err))
+        return false;
+    struct scene_light *light = &state->file_lights[index];
+    animated_member_set(member, values, light);
+    light->inner_cone_rad = fminf(light->inner_cone_rad, light->outer_cone_rad);
+    return true;
+}
+
+static bool set_camera(struct scene_state *state, uint32_t index,
+                       const struct animated_member *member, const double *values,
+                       struct error *err)
+{
+    const struct scene *scene = state->scene;
+    if (!copy_records((void **)&state->cameras, scene->cameras, scene->camera_count,
+                      sizeof *scene->cameras, err))
+        return false;
+    animated_member_set(member, values, &state->cameras[index]);
+    return true;
+}
+
 static bool set_member(struct scene_state *state, const struct scene *scene,
-                       const struct scene_channel *channel, double time_s, uint32_t first_material,
-                       uint32_t first_light, struct error *err)
+                       const struct scene_channel *channel, double time_s,
+                       const struct first_records *first, struct error *err)
 {
     const struct animated_member *member = animated_member(channel->member);
     double values[4];
     animation_evaluate_channel(scene, channel, time_s, values);
-    if (member->owner == ANIMATED_MATERIAL) {
+    switch (member->owner) {
+    case ANIMATED_MATERIAL:
         animated_member_set(member, values,
-                            &state->materials[first_material + channel->target].base);
+                            &state->materials[first->material + channel->target].base);
         return true;
+    case ANIMATED_LIGHT:
+        return set_light(state, first->light + channel->target, member, values, err);
+    case ANIMATED_CAMERA:
+        return set_camera(state, first->camera + channel->target, member, values, err);
     }
-    if (!copy_lights(state, err))
-        return false;
-    struct scene_light *light = &state->file_lights[first_light + channel->target];
-    animated_member_set(member, values, light);
-    light->inner_cone_rad = fminf(light->inner_cone_rad, light->outer_cone_rad);
+    return true;
+}
+
+static bool animate_members_of(struct scene_state *state, const struct view *view, uint32_t m,
+                               const struct first_records *first, struct error *err)
+{
+    const struct scene *member = member_scene(state->scene, m);
+    int32_t only = view->animation ? find_animation(state->scene, m, view->animation) : -1;
+    for (uint32_t a = 0; a < member->animation_count; a++) {
+        const struct scene_animation *animation = &member->animations[a];
+        if (view->animation && only != (int32_t)a)
+            continue;
+        for (uint32_t c = 0; c < animation->channel_count; c++) {
+            const struct scene_channel *channel = &member->channels[animation->first_channel + c];
+            if (channel->path == SCENE_MEMBER &&
+                !set_member(state, member, channel, view->animation_time_s, first, err))
+                return false;
+        }
+    }
     return true;
 }
 
 bool state_animate_members(struct scene_state *state, const struct view *view, struct error *err)
 {
     const struct scene *scene = state->scene;
-    uint32_t first_light = 0;
+    struct first_records first = {0};
     for (uint32_t m = 0; m < member_count(scene); m++) {
         const struct scene *member = member_scene(scene, m);
-        int32_t only = view->animation ? find_animation(scene, m, view->animation) : -1;
-        for (uint32_t a = 0; a < member->animation_count; a++) {
-            const struct scene_animation *animation = &member->animations[a];
-            if (view->animation && only != (int32_t)a)
-                continue;
-            for (uint32_t c = 0; c < animation->channel_count; c++) {
-                const struct scene_channel *channel =
-                    &member->channels[animation->first_channel + c];
-                if (channel->path == SCENE_MEMBER &&
-                    !set_member(state, member, channel, view->animation_time_s,
-                                scene->part_count ? scene->parts[m].first_material : 0, first_light,
-                                err))
-                    return false;
-            }
-        }
-        first_light += member->light_count;
+        first.material = scene->part_count ? scene->parts[m].first_material : 0;
+        if (!animate_members_of(state, view, m, &first, err))
+            return false;
+        first.light += member->light_count;
+        first.camera += member->camera_count;
     }
     return true;
 }

@@ -251,6 +251,15 @@ static uint32_t last_equal_level(const struct scene_image *image)
     return level;
 }
 
+/* Whether an animation has given the texture's matrix another scale or rotation. */
+static bool is_turned(const struct scene_state *state, uint32_t material, int slot)
+{
+    const float *now = state->materials[material].base.textures[slot].uv_transform;
+    const float *at_rest = state->scene->materials[material].textures[slot].uv_transform;
+    return now[0] != at_rest[0] || now[1] != at_rest[1] || now[3] != at_rest[3] ||
+           now[4] != at_rest[4];
+}
+
 static void add_item(const struct texture_need_desc *desc, const struct state_item *item,
                      uint8_t *levels)
 {
@@ -271,9 +280,9 @@ static void add_item(const struct texture_need_desc *desc, const struct state_it
         }
         const struct scene_image *image = &scene->images[index];
         const struct scene_texture *texture = &scene->textures[m->textures[slot].texture];
-        /* poses may stretch a triangle as far as they like */
-        uint32_t level =
-            item->deformed ? 0 : level_for(texture, (double)density[slot] / 2 * metres);
+        /* poses and animations may stretch a triangle and its texture as far as they like */
+        bool is_stretched = item->deformed || is_turned(desc->state, item->material, slot);
+        uint32_t level = is_stretched ? 0 : level_for(texture, (double)density[slot] / 2 * metres);
         uint32_t last = last_equal_level(image);
         uint8_t *least = &levels[texture_key((uint32_t)index, scene_slot_is_srgb(slot))];
         level = level < last ? level : last;
