@@ -215,7 +215,39 @@ static bool read_view(const struct json_node *root, struct job_request *request)
         return json_refuse(&other, ERROR_INVALID_REQUEST, "but the job's scene is another one");
     if (json_object_set(view.value, "scene", scene.value) != 0)
         return error_set(root->err, ERROR_NO_MEMORY, "job");
-    return request_read_root(&view, &request->render);
+    struct json_node tiles = json_member(root, "tiles");
+    return tiles.value ? request_read_picture(&view, &request->render)
+                       : request_read_root(&view, &request->render);
+}
+
+/* 2048, or {"width": 2048, "height": 1024}. */
+static bool read_tiles(const struct json_node *root, struct job_request *request)
+{
+    static const char *const known[] = {"width", "height", NULL};
+    const struct json_node node = json_member(root, "tiles");
+    int *side[2] = {&request->tile_width, &request->tile_height};
+    if (!node.value)
+        return true;
+    if (!json_is_object(node.value) && !json_is_integer(node.value))
+        return json_refuse(&node, ERROR_INVALID_REQUEST,
+                           "must be the side of a tile in pixels, or {\"width\", \"height\"}");
+    if (json_is_object(node.value) && !json_expect_object(&node, known))
+        return false;
+    for (int i = 0; i < 2; i++) {
+        struct json_node member = json_is_object(node.value) ? json_member(&node, known[i]) : node;
+        if (!json_expect_present(&member) ||
+            !json_read_int(&member, LIMIT_TILE_SIDE_LEAST_PX, LIMIT_IMAGE_SIDE_PX, side[i]))
+            return false;
+    }
+    const struct render_request *render = &request->render;
+    const struct picture_tiles tiles = job_request_tiles(request);
+    if (picture_tiles_count(&tiles) > LIMIT_PICTURE_TILES)
+        return json_refuse(&node, ERROR_TOO_LARGE, "which makes %d tiles of a picture, limit is %d",
+                           picture_tiles_count(&tiles), LIMIT_PICTURE_TILES);
+    return (render->highlight.node_count == 0 && !render->edges.is_given) ||
+           json_refuse(&node, ERROR_UNSUPPORTED,
+                       "but %s are drawn over whole pictures: leave tiles or them out",
+                       render->edges.is_given ? "edges" : "highlights");
 }
 
 static bool read_frames(const struct json_node *node, struct job_request *request)
@@ -354,10 +386,11 @@ static bool read_after(const struct json_node *root, struct job_request *request
 
 static bool read_root(const struct json_node *root, struct job_request *request)
 {
-    static const char *const known[] = {
-        "name",      "scene",       "view",    "frames",        "frame_rate", "animate",
-        "turntable", "camera_path", "outputs", "priority",      "attempts",   "frame_timeout_s",
-        "paused",    "directory",   "after",   "after_failure", "provenance", NULL};
+    static const char *const known[] = {"name",       "scene",     "view",      "frames",
+                                        "frame_rate", "animate",   "turntable", "camera_path",
+                                        "outputs",    "priority",  "attempts",  "frame_timeout_s",
+                                        "paused",     "directory", "after",     "after_failure",
+                                        "provenance", "tiles",     NULL};
     if (!json_expect_object(root, known))
         return false;
     struct json_node name = json_member(root, "name"), frames = json_member(root, "frames");
@@ -373,7 +406,7 @@ static bool read_root(const struct json_node *root, struct job_request *request)
     struct json_node provenance = json_member(root, "provenance");
     bool has_provenance = true;
     bool animates = frames.value; /* one picture shows the time that the view says */
-    if (!read_view(root, request) || !read_job_name(&name, request) ||
+    if (!read_view(root, request) || !read_tiles(root, request) || !read_job_name(&name, request) ||
         !read_frames(&frames, request) ||
         !json_read_number(&rate, 0.001, 1000, &request->frame_rate) ||
         !json_read_bool(&animate, &animates) || !read_turntable(&turntable, &request->turntable) ||
@@ -463,6 +496,10 @@ json_t *job_request_to_json(const struct job_request *request)
         json_put(&writer, "turntable",
                  json_pack("{s:f,s:f}", "elevation_deg", request->turntable.elevation_deg, "turns",
                            request->turntable.turns));
+    if (request->tile_width)
+        json_put(
+            &writer, "tiles",
+            json_pack("{s:i,s:i}", "width", request->tile_width, "height", request->tile_height));
     if (request->camera_path.count > 0)
         json_put(&writer, "camera_path", camera_path_to_json(&request->camera_path));
     json_put(&writer, "outputs", json_take_unless(outputs, has_failed));
@@ -479,6 +516,15 @@ json_t *job_request_to_json(const struct job_request *request)
     }
     json_put_bool(&writer, "provenance", !request->render.omits_provenance);
     return json_writer_take(&writer);
+}
+
+struct picture_tiles job_request_tiles(const struct job_request *request)
+{
+    const struct render_request *render = &request->render;
+    struct picture_tiles none = {.width = 0};
+    return request->tile_width ? picture_tiles_make(render->width, render->height,
+                                                    request->tile_width, request->tile_height)
+                               : none;
 }
 
 void job_file_name(const struct job_output *output, int frame, char name[JOB_FILE_BYTES])

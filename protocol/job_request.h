@@ -11,6 +11,7 @@
 #include "protocol/error.h"
 #include "protocol/frame_list.h"
 #include "protocol/limits.h"
+#include "protocol/picture_tiles.h"
 #include "protocol/render_request.h"
 
 enum {
@@ -57,6 +58,9 @@ struct job_request {
     bool is_still;     /* the animation's time is the same in each frame */
     struct job_turntable turntable;
     struct camera_path camera_path; /* not beside a turntable */
+    /* The largest tile of the pictures, [LIMIT_TILE_SIDE_LEAST_PX, LIMIT_IMAGE_SIDE_PX]; 0: each is
+     * rendered in one piece. */
+    int tile_width, tile_height;
     struct job_output outputs[LIMIT_OUTPUTS];
     int output_count;
     int priority;        /* [0, 100], higher is sooner; default 50 */
@@ -82,6 +86,9 @@ MUST_CHECK json_t *job_request_to_json(const struct job_request *request);
 /* Names the files that are not named, once every output has a format. ERROR_INVALID_REQUEST where
  * two outputs would have the same file. */
 MUST_CHECK bool job_request_name_files(struct job_request *request, struct error *err);
+
+/* How its pictures are cut; zeroed: not at all. */
+struct picture_tiles job_request_tiles(const struct job_request *request);
 
 /* The file of a frame: the pattern with its number. */
 void job_file_name(const struct job_output *output, int frame, char name[JOB_FILE_BYTES]);

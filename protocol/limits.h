@@ -35,6 +35,8 @@ enum limits {
     LIMIT_JOBS_KEPT = 4096,           /* some 16 KiB of memory each, without their frames */
     LIMIT_JOB_FRAMES = 100000,        /* of one job: more than an hour of film at 24 a second */
     LIMIT_JOB_FRAMES_KEPT = 1000000,  /* of all jobs, some 150 bytes of memory each */
+    LIMIT_TILE_SIDE_LEAST_PX = 256,   /* of a job: smaller ones cost more than they save */
+    LIMIT_PICTURE_TILES = 16384,      /* of a picture of a job, two bytes of memory each */
     LIMIT_CAMERA_KEYS = 10000,        /* of a path, 0.1 KiB of memory each: one every 10 frames */
     LIMIT_JOB_AFTER = 16,             /* jobs that one waits for: a shot and its passes */
     LIMIT_PREFILTER = 4, /* rays per side of a shadow texel: 16 lists stay in registers */

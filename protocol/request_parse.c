@@ -500,10 +500,20 @@ static bool read_request(const struct json_node *root, struct render_request *re
            read_format(root, request) && read_tile(&tile, request) && check_tile(&tile, request);
 }
 
-bool request_read_root(const struct json_node *root, struct render_request *request)
+bool request_read_picture(const struct json_node *root, struct render_request *request)
 {
     render_request_init_defaults(request);
-    if (read_request(root, request) && check_size(root, request))
+    if (read_request(root, request))
+        return true;
+    render_request_finish(request);
+    return false;
+}
+
+bool request_read_root(const struct json_node *root, struct render_request *request)
+{
+    if (!request_read_picture(root, request))
+        return false;
+    if (check_size(root, request))
         return true;
     render_request_finish(request);
     return false;

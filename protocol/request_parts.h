@@ -31,6 +31,9 @@ MUST_CHECK bool request_read_scene(const struct json_node *node, char scene[65])
 /* A whole request. On failure it is zeroed. */
 MUST_CHECK bool request_read_root(const struct json_node *root, struct render_request *request);
 
+/* The same of a picture that its reader cuts into tiles: of up to LIMIT_PICTURE_SIDE_PX a side. */
+MUST_CHECK bool request_read_picture(const struct json_node *root, struct render_request *request);
+
 /* The members of a request that a view has; the others are said when an image is asked for.
  * NULL-terminated. */
 const char *const *request_view_members(void);

@@ -12,6 +12,7 @@
 #include "server/base/child.h"
 #include "server/base/config.h"
 #include "server/decoder/decoder.h"
+#include "server/assembler/assembler.h"
 #include "server/jobs/job_backup.h"
 #include "server/routes/service.h"
 #include "server/worker/worker.h"
@@ -126,6 +127,8 @@ int main(int argc, char **argv)
         signal(SIGTERM, SIG_IGN); /* the front decides when its children end */
         if (!child_tie_to_parent())
             return EXIT_FAILURE;
+        if (strcmp(argv[1] + 7, "assembler") == 0)
+            return assembler_main(CHILD_SOCKET_FD);
         return strcmp(argv[1] + 7, "worker") == 0 ? worker_main(CHILD_SOCKET_FD)
                                                   : decoder_main(CHILD_SOCKET_FD);
     }

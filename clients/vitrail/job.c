@@ -21,7 +21,7 @@ struct job_options {
     struct common_options common;
     struct request_options request;
     struct file_options file;
-    const char *frames, *name, *key, *directory, *folder, *camera_path;
+    const char *frames, *name, *key, *directory, *folder, *camera_path, *tiles;
     struct option_number frame_rate, priority, attempts, frame_timeout_s, turntable_deg;
     const char *after_failure;
     struct text_list files, after;
@@ -106,6 +106,21 @@ static bool put_turntable(json_t *object, const struct job_options *options,
            put_number(turntable, "elevation_deg", &options->turntable_deg, failure);
 }
 
+/* "2048" or "2048x1024". */
+static bool put_tiles(json_t *object, const char *text, struct failure *failure)
+{
+    int width = 0, height = 0, end = 0;
+    if (!text)
+        return true;
+    if (strspn(text, "0123456789x") != strlen(text) || sscanf(text, "%9d%n", &width, &end) != 1 ||
+        (text[end] && (sscanf(text, "%9dx%9d%n", &width, &height, &end) != 2 || text[end])))
+        return fail(failure, EXIT_CODE_USAGE, "--tiles: '%.60s' is not N or WIDTHxHEIGHT", text);
+    return put(object, "tiles",
+               height ? json_pack("{s:i,s:i}", "width", width, "height", height)
+                      : json_integer(width),
+               failure);
+}
+
 static bool put_camera_path(json_t *object, const char *path, struct failure *failure)
 {
     json_t *keys = path ? json_object_load(path, "camera-path", failure) : NULL;
@@ -154,7 +169,7 @@ static json_t *build_request(const struct job_options *options, struct failure *
         (!options->paused || put(request, "paused", json_true(), failure)) &&
         put_after(request, options, failure) && put_turntable(request, options, failure) &&
         put_camera_path(request, options->camera_path, failure) &&
-        put_files(request, &options->files, failure))
+        put_tiles(request, options->tiles, failure) && put_files(request, &options->files, failure))
         return request;
     json_decref(request);
     return NULL;
@@ -541,6 +556,8 @@ static const struct option OPTIONS[] = {
     {OPTION_FLAG, "turntable", 0, NULL, "the camera goes round the scene once", AT(turntable)},
     {OPTION_NUMBER, "turntable-elevation", 0, "DEGREES", "from so far above; default 20",
      AT(turntable_deg)},
+    {OPTION_TEXT, "tiles", 0, "N",
+     "render large pictures in tiles of N or WxH pixels, and join them", AT(tiles)},
     {OPTION_TEXT, "camera-path", 0, "FILE.json", "the camera moves through the keys of the file",
      AT(camera_path)},
     {OPTION_LIST, "file", 0, "PATTERN",

@@ -3,6 +3,8 @@
 // IOProxy there, so that neither files nor memfds are needed.
 #include "renderer/image/oiio_shim.h"
 
+#include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
@@ -11,6 +13,8 @@
 #include <new>
 #include <string>
 #include <vector>
+
+#include <unistd.h>
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
@@ -130,6 +134,152 @@ bool decode(const void *bytes, size_t size_bytes, const char *format,
     return true;
 }
 
+constexpr int JOIN_ROWS = 64; // read and written at once: memory is theirs
+
+// One row of tiles, open at once.
+struct TileRow {
+    std::vector<std::unique_ptr<OIIO::ImageInput>> inputs;
+    int width = 0, height = 0; // of the tiles together
+};
+
+bool open_row(const oiio_join *desc, int row, TileRow &tiles, struct error *err)
+{
+    for (int i = 0; i < desc->columns; i++) {
+        const char *path = desc->paths[row * desc->columns + i];
+        std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(desc->from);
+        OIIO::ImageSpec spec, config;
+        config.attribute("oiio:UnassociatedAlpha", 1);
+        if (!input || !input->open(path, spec, config))
+            return error_set(err, ERROR_INTERNAL, "tile %d of row %d: %s", i, row,
+                             first_line(input ? input->geterror() : OIIO::geterror()).c_str());
+        input->threads(1);
+        const OIIO::ImageSpec &first = i ? tiles.inputs[0]->spec() : spec;
+        if (spec.deep || !spec.channelformats.empty() || spec.height != first.height ||
+            spec.nchannels != first.nchannels || spec.format != first.format)
+            return error_set(err, ERROR_INTERNAL, "tile %d of row %d is not like those beside it",
+                             i, row);
+        tiles.width += spec.width;
+        tiles.height = spec.height;
+        tiles.inputs.push_back(std::move(input));
+    }
+    return true;
+}
+
+// Some rows of the tiles of a row, side by side, in the channels of the picture.
+bool read_strip(const TileRow &tiles, int first, int end, const OIIO::ImageSpec &to,
+                std::vector<unsigned char> &tile, std::vector<unsigned char> &strip,
+                struct error *err)
+{
+    size_t size = to.format.size(), out_pixel = size * size_t(to.nchannels), at = 0;
+    for (const std::unique_ptr<OIIO::ImageInput> &input : tiles.inputs) {
+        const OIIO::ImageSpec spec = input->spec();
+        size_t in_pixel = size * size_t(spec.nchannels), width = size_t(spec.width);
+        tile.resize(width * size_t(end - first) * in_pixel);
+        if (!input->read_scanlines(0, 0, spec.y + first, spec.y + end, 0, 0, spec.nchannels,
+                                   to.format, tile.data()))
+            return error_set(err, ERROR_INTERNAL, "a tile: %s",
+                             first_line(input->geterror()).c_str());
+        for (int y = 0; y < end - first; y++)
+            for (size_t x = 0; x < width; x++) {
+                const unsigned char *in = &tile[(size_t(y) * width + x) * in_pixel];
+                unsigned char *out = &strip[(size_t(y) * size_t(to.width) + at + x) * out_pixel];
+                for (int c = 0; c < to.nchannels; c++)
+                    memcpy(out + size_t(c) * size,
+                           in + (spec.nchannels < to.nchannels ? 0 : size_t(c) * size), size);
+            }
+        at += width;
+    }
+    return true;
+}
+
+bool write_row(const TileRow &tiles, OIIO::ImageOutput &output, int y, struct error *err)
+{
+    const OIIO::ImageSpec &spec = output.spec();
+    std::vector<unsigned char> tile,
+        strip(size_t(JOIN_ROWS) * size_t(spec.width) * size_t(spec.nchannels) * spec.format.size());
+    for (int first = 0; first < tiles.height; first += JOIN_ROWS) {
+        int end = std::min(first + JOIN_ROWS, tiles.height);
+        if (!read_strip(tiles, first, end, spec, tile, strip, err))
+            return false;
+        if (!output.write_scanlines(y + first, y + end, 0, spec.format, strip.data()))
+            return error_set(err, ERROR_IO, "writing the picture: %s",
+                             first_line(output.geterror()).c_str());
+    }
+    return true;
+}
+
+// What the tiles are, in the size of the picture.
+OIIO::ImageSpec spec_of_picture(const oiio_join *desc, const TileRow &row, int height)
+{
+    OIIO::ImageSpec spec = row.inputs[0]->spec();
+    spec.x = spec.y = spec.full_x = spec.full_y = 0;
+    spec.width = spec.full_width = row.width;
+    spec.height = spec.full_height = height;
+    spec.tile_width = spec.tile_height = spec.tile_depth = 0;
+    if (desc->channels) {
+        spec.nchannels = desc->channels;
+        spec.default_channel_names();
+    }
+    for (const oiio_option *o = desc->options; o->name; o++) {
+        if (o->text)
+            spec.attribute(o->name, o->text);
+        else
+            spec.attribute(o->name, o->number);
+    }
+    return spec;
+}
+
+bool join(const oiio_join *desc, struct error *err)
+{
+    std::unique_ptr<FILE, int (*)(FILE *)> file(fdopen(dup(desc->fd), "wb"), fclose);
+    std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(desc->to);
+    if (!file || !output || !output->supports("ioproxy"))
+        return error_set(err, ERROR_IO, "a picture cannot be written as %s here", desc->to);
+    int height = 0;
+    for (int row = 0; row < desc->rows; row++) {
+        TileRow tiles;
+        oiio_join first = *desc;
+        first.columns = 1;
+        first.paths = desc->paths + row * desc->columns;
+        if (!open_row(&first, 0, tiles, err))
+            return false;
+        height += tiles.height;
+    }
+    OIIO::Filesystem::IOFile proxy(file.get(), OIIO::Filesystem::IOProxy::Write);
+    output->set_ioproxy(&proxy);
+    output->threads(1);
+    for (int row = 0, y = 0; row < desc->rows; row++) {
+        TileRow tiles;
+        if (!open_row(desc, row, tiles, err))
+            return false;
+        if (row == 0 &&
+            !output->open(std::string("picture.") + desc->to, spec_of_picture(desc, tiles, height)))
+            return error_set(err, ERROR_IO, "writing the picture: %s",
+                             first_line(output->geterror()).c_str());
+        if (!write_row(tiles, *output, y, err))
+            return false;
+        y += tiles.height;
+    }
+    if (!output->close() || fflush(file.get()) != 0)
+        return error_set(err, ERROR_IO, "writing the picture: %s",
+                         first_line(output->geterror()).c_str());
+    return true;
+}
+
+bool join_safely(const oiio_join *desc, struct error *err)
+{
+    try {
+        configure();
+        return join(desc, err);
+    } catch (const std::bad_alloc &) {
+        return error_set(err, ERROR_NO_MEMORY, "joining tiles");
+    } catch (const std::exception &e) {
+        return error_set(err, ERROR_INTERNAL, "joining tiles: %s", e.what());
+    } catch (...) {
+        return error_set(err, ERROR_INTERNAL, "joining tiles: unknown exception");
+    }
+}
+
 bool encode_safely(const struct image *image, const char *format, const oiio_option *options,
                    void **bytes, size_t *size_bytes, struct error *err)
 {
@@ -169,6 +319,6 @@ bool decode_safely(const void *bytes, size_t size_bytes, const char *format,
 
 const struct oiio_functions *oiio_get_functions(void)
 {
-    static const struct oiio_functions functions = {encode_safely, decode_safely};
+    static const struct oiio_functions functions = {encode_safely, decode_safely, join_safely};
     return &functions;
 }

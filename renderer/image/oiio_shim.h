@@ -20,6 +20,16 @@ struct oiio_option {
     int number;
 };
 
+/* Files of the tiles of one picture, all of one kind. */
+struct oiio_join {
+    const char *const *paths; /* columns * rows, row by row from the top */
+    int columns, rows;
+    const char *from, *to;             /* OpenImageIO's names of formats */
+    const struct oiio_option *options; /* of the picture's file, over what the first tile says */
+    int channels;                      /* of the picture: 3 of fewer or more; 0: as the tiles */
+    int fd;                            /* where it is written; borrowed */
+};
+
 struct oiio_functions {
     /* format: OpenImageIO's name, e.g. "openexr". The image's channels and component are written as
      * they are; *bytes is malloc'ed. */
@@ -29,6 +39,9 @@ struct oiio_functions {
      * `component`. */
     bool (*decode)(const void *bytes, size_t size_bytes, const char *format,
                    enum image_component component, struct image *image, struct error *err);
+    /* Writes the picture, some rows at a time. ERROR_IO: it cannot be written; else a tile cannot
+     * be read. */
+    bool (*join)(const struct oiio_join *desc, struct error *err);
 };
 
 /* Exported by the module; others ask renderer/image/image_library.h. */

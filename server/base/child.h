@@ -18,9 +18,9 @@ struct child {
     int socket; /* our end; owned */
 };
 
-/* A decoder gets no environment but what its libraries need; a worker gets ours. */
+/* A decoder gets no environment but what its libraries need; a worker, like an assembler, ours. */
 struct child_desc {
-    const char *role; /* required: "worker" or "decoder" */
+    const char *role; /* required: "worker", "decoder" or "assembler" */
     /* Of a worker: where drivers keep their shader caches unless ours says otherwise; NULL: where
      * they like. */
     const char *cache_dir;

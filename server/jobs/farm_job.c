@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/image/image_join.h"
 #include "server/front/task_resources.h"
 #include "server/jobs/jobs_internal.h"
 #include "server/mapping/format_mapping.h"
@@ -29,6 +30,25 @@ static bool choose_format(struct job_output *output, int index, struct error *er
                         "%s: %s cannot hold what '%s' is of; use exr%s", pointer,
                         request_format_name((int)output->format), output->name,
                         formats & 1u << IMAGE_FORMAT_PNG ? " or png" : "");
+}
+
+/* A picture of tiles is joined by scanlines, which not every format can be. */
+static bool check_sides(const struct job_request *request, int index, struct error *err)
+{
+    char pointer[32];
+    enum request_format format = request->outputs[index].format;
+    int most = image_join_side_max(image_format_of(format));
+    if (!request->tile_width || (request->render.width <= most && request->render.height <= most))
+        return true;
+    snprintf(pointer, sizeof pointer, "/outputs/%d", index);
+    if (!most)
+        return error_set_at(err, ERROR_UNSUPPORTED, pointer,
+                            "%s: pictures in tiles cannot be %s: use png, jpeg or exr", pointer,
+                            request_format_name((int)format));
+    return error_set_at(err, ERROR_UNSUPPORTED, pointer,
+                        "%s: %s holds %d pixels a side, the picture has %d x %d", pointer,
+                        request_format_name((int)format), most, request->render.width,
+                        request->render.height);
 }
 
 /* ---- the scene ---- */
@@ -68,10 +88,12 @@ struct farm_job *farm_job_create(const struct jobs *jobs, const char *text, size
     }
     bool is_good = job_request_parse(text, size_bytes, &job->request, err);
     for (int i = 0; is_good && i < job->request.output_count; i++)
-        is_good = choose_format(&job->request.outputs[i], i, err);
+        is_good =
+            choose_format(&job->request.outputs[i], i, err) && check_sides(&job->request, i, err);
     is_good = is_good && job_request_name_files(&job->request, err) &&
               check_scene(jobs, job, is_kept, err);
     if (is_good) {
+        job->tiles = job_request_tiles(&job->request);
         job->frames = calloc(job->request.frames.count, sizeof *job->frames);
         is_good = job->frames || error_set(err, ERROR_NO_MEMORY, "frames of a job");
     }
@@ -88,6 +110,7 @@ void farm_job_destroy(struct farm_job *job)
     for (size_t i = 0; job->frames && i < job->request.frames.count; i++) {
         free(job->frames[i].problem);
         free(job->frames[i].files);
+        free(job->frames[i].tiles);
     }
     free(job->frames);
     free(job->chosen);
@@ -197,6 +220,8 @@ void farm_job_set_frame(struct farm_job *job, int position, enum farm_frame_stat
     struct farm_frame *frame = &job->frames[position];
     job->done_count += (state == FARM_FRAME_DONE) - (frame->state == FARM_FRAME_DONE);
     job->failed_count += (state == FARM_FRAME_FAILED) - (frame->state == FARM_FRAME_FAILED);
+    if (frame->state == FARM_FRAME_FAILED && state == FARM_FRAME_QUEUED)
+        farm_tiles_forget_attempts(job, frame);
     frame->state = state;
     bool has_ended = state == FARM_FRAME_DONE || state == FARM_FRAME_FAILED;
     if (!has_ended && position < job->next)

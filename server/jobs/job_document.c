@@ -35,10 +35,41 @@ static json_t *counts_to_json(const struct farm_job *job)
                      "queued", count - job->done_count - job->failed_count - running);
 }
 
+/* Likewise at that of the tiles. */
+static json_t *remaining_tiles_s(const struct farm_job *job)
+{
+    double done, all;
+    farm_tiles_count(job, &done, &all);
+    if (farm_job_has_ended(job) || job->tiles_done == 0 || !(job->tiles_ms > 0))
+        return json_null();
+    return json_real(round((all - done) * job->tiles_ms / (double)job->tiles_done) / 1e3);
+}
+
+static double progress_of(const struct farm_job *job)
+{
+    double done = job->done_count + job->failed_count, all = (double)job->request.frames.count;
+    if (farm_job_has_tiles(job))
+        farm_tiles_count(job, &done, &all);
+    return done / all;
+}
+
+/* null: its pictures are in one piece. */
+static json_t *tiles_to_json(const struct farm_job *job)
+{
+    double done, all;
+    if (!farm_job_has_tiles(job))
+        return json_null();
+    farm_tiles_count(job, &done, &all);
+    return json_pack("{s:i,s:i,s:I,s:I}", "columns", job->tiles.columns, "rows", job->tiles.rows,
+                     "count", (json_int_t)all, "done", (json_int_t)done);
+}
+
 /* What is left at the pace of the frames that are done; null where nothing tells. */
 static json_t *remaining_s(const struct farm_job *job)
 {
     int left = (int)job->request.frames.count - job->done_count - job->failed_count;
+    if (farm_job_has_tiles(job))
+        return remaining_tiles_s(job);
     if (farm_job_has_ended(job) || job->done_count == 0)
         return json_null();
     return json_real(round(left * job->busy_ms / job->done_count) / 1e3);
@@ -99,7 +130,6 @@ static json_t *problem_to_json(const struct farm_job *job)
 json_t *farm_job_to_json(const struct jobs *jobs, const struct farm_job *job, bool is_whole)
 {
     const struct job_record *record = &job->record;
-    size_t count = job->request.frames.count;
     struct json_writer writer = json_writer_begin();
     json_put_text(&writer, "id", record->id);
     json_put_text_or_null(&writer, "name", job->request.name[0] ? job->request.name : NULL);
@@ -115,8 +145,8 @@ json_t *farm_job_to_json(const struct jobs *jobs, const struct farm_job *job, bo
     json_put(&writer, "ended", json_time(record->ended_s));
     json_put(&writer, "expires", json_time(jobs_expire_s(jobs, job)));
     json_put(&writer, "frames", counts_to_json(job));
-    json_put_number(&writer, "progress",
-                    (double)(job->done_count + job->failed_count) / (double)count);
+    json_put_number(&writer, "progress", progress_of(job));
+    json_put(&writer, "tiles", tiles_to_json(job));
     json_put_number(&writer, "busy_s", round(job->busy_ms) / 1e3);
     json_put(&writer, "remaining_s", remaining_s(job));
     json_put(&writer, "problem", problem_to_json(job));

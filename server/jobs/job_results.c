@@ -164,6 +164,72 @@ bool job_results_put(struct job_results *results, const struct job_place *place,
     return is_good;
 }
 
+static void name_draft(const char *name, char draft[NAME_BYTES])
+{
+    snprintf(draft, NAME_BYTES, ".%s.joined", name);
+}
+
+int job_results_draft(struct job_results *results, const struct job_place *place, const char *name,
+                      struct error *err)
+{
+    char draft[NAME_BYTES];
+    int folder_fd = open_place(results, place, true, err);
+    if (folder_fd < 0)
+        return -1;
+    name_draft(name, draft);
+    int fd = openat(folder_fd, draft, O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (fd < 0)
+        error_set(err, ERROR_IO, "'%s': %s", name, strerror(errno));
+    close(folder_fd);
+    return fd;
+}
+
+bool job_results_hash(int draft_fd, uint64_t *size_bytes, char digest_text[DIGEST_TEXT_BYTES],
+                      struct error *err)
+{
+    static const size_t piece_bytes = COPY_BYTES;
+    struct digest *digest = digest_create(err);
+    char *piece = malloc(piece_bytes);
+    bool is_good = digest && (piece || error_set(err, ERROR_NO_MEMORY, "result of a job"));
+    ssize_t count = 1;
+    *size_bytes = 0;
+    while (is_good && count > 0) {
+        count = pread(draft_fd, piece, piece_bytes, (off_t)*size_bytes);
+        is_good = count >= 0 || error_set(err, ERROR_IO, "reading a picture: %s", strerror(errno));
+        if (count > 0) {
+            digest_write(digest, piece, (size_t)count);
+            *size_bytes += (uint64_t)count;
+        }
+    }
+    is_good = is_good && (fsync(draft_fd) == 0 ||
+                          error_set(err, ERROR_IO, "a picture of tiles: %s", strerror(errno)));
+    if (is_good)
+        digest_end(digest, digest_text);
+    digest_destroy(digest);
+    free(piece);
+    return is_good;
+}
+
+bool job_results_adopt(struct job_results *results, const struct job_place *place, const char *name,
+                       struct error *err)
+{
+    char draft[NAME_BYTES];
+    int folder_fd = open_place(results, place, false, err);
+    if (folder_fd < 0)
+        return false;
+    name_draft(name, draft);
+    bool is_good = (renameat(folder_fd, draft, folder_fd, name) == 0 && fsync(folder_fd) == 0) ||
+                   error_set(err, ERROR_IO, "'%s': %s", name, strerror(errno));
+    close(folder_fd);
+    return is_good;
+}
+
+int job_results_folder(struct job_results *results, const struct job_place *place,
+                       struct error *err)
+{
+    return open_place(results, place, false, err);
+}
+
 int job_results_open(struct job_results *results, const struct job_place *place, const char *name,
                      struct error *err)
 {

@@ -32,6 +32,19 @@ MUST_CHECK bool job_results_put(struct job_results *results, const struct job_pl
                                 const char *name, int from_fd, uint64_t *size_bytes,
                                 char digest[DIGEST_TEXT_BYTES], struct error *err);
 
+/* A large file in steps: an empty draft beside the name, for writing; once it is written, its bytes
+ * are brought to the disk and hashed; then it takes the place of the name. The caller closes it. */
+MUST_CHECK int job_results_draft(struct job_results *results, const struct job_place *place,
+                                 const char *name, struct error *err);
+MUST_CHECK bool job_results_hash(int draft_fd, uint64_t *size_bytes, char digest[DIGEST_TEXT_BYTES],
+                                 struct error *err);
+MUST_CHECK bool job_results_adopt(struct job_results *results, const struct job_place *place,
+                                  const char *name, struct error *err);
+
+/* The job's folder; -1: it is not there. The caller closes it. */
+MUST_CHECK int job_results_folder(struct job_results *results, const struct job_place *place,
+                                  struct error *err);
+
 /* For reading; ERROR_NOT_FOUND where it is gone. The caller closes it. */
 MUST_CHECK int job_results_open(struct job_results *results, const struct job_place *place,
                                 const char *name, struct error *err);

@@ -38,7 +38,16 @@ static int output_to_make(const struct farm_job *job, const struct farm_frame *f
     return -1;
 }
 
-static bool find_piece(const struct farm_job *job, int *position, int *output)
+static bool find_in_frame(const struct jobs *jobs, const struct farm_job *job,
+                          const struct farm_frame *frame, int *output, int *tile)
+{
+    *tile = TILE_NONE;
+    return farm_job_has_tiles(job) ? farm_tiles_find(job, frame, !jobs->is_assembling, output, tile)
+                                   : (*output = output_to_make(job, frame)) >= 0;
+}
+
+static bool find_piece(const struct jobs *jobs, const struct farm_job *job, int *position,
+                       int *output, int *tile)
 {
     if (farm_job_has_ended(job) || job->record.is_paused || farm_job_is_waiting(job))
         return false;
@@ -47,7 +56,7 @@ static bool find_piece(const struct farm_job *job, int *position, int *output)
     for (*position = job->next; *position < (int)job->request.frames.count; (*position)++) {
         const struct farm_frame *frame = &job->frames[*position];
         bool is_open = frame->state == FARM_FRAME_QUEUED || frame->state == FARM_FRAME_RUNNING;
-        if (is_open && (*output = output_to_make(job, frame)) >= 0)
+        if (is_open && find_in_frame(jobs, job, frame, output, tile))
             return true;
     }
     return false;
@@ -61,45 +70,75 @@ static int free_slot(const struct jobs *jobs)
     return -1;
 }
 
+/* Milliseconds of a piece, by those before. */
+static double guess_of(const struct farm_job *job)
+{
+    if (farm_job_has_tiles(job))
+        return job->tiles_done > 0 ? job->tiles_ms / (double)job->tiles_done : 0;
+    return job->done_count > 0 ? job->busy_ms / job->done_count / job->request.output_count : 0;
+}
+
 /* The next file of the job that has been served least for its weight, marked as in flight. NULL:
  * nothing to do, no room, or no memory. Under the mutex. */
 static struct job_piece *take_piece(struct jobs *jobs)
 {
     struct farm_job *chosen = NULL;
-    int slot = free_slot(jobs), position = 0, output = 0, at_position = 0, at_output = 0;
+    int slot = free_slot(jobs), position = 0, output = 0, tile = TILE_NONE;
+    int at_position = 0, at_output = 0, at_tile = TILE_NONE;
     if (slot < 0 || now_ms() < jobs->resume_ms)
         return NULL;
     for (int i = 0; i < jobs->count; i++) {
         struct farm_job *job = jobs->list[i];
         if (chosen && job->pass >= chosen->pass)
             continue;
-        if (find_piece(job, &at_position, &at_output)) {
+        if (find_piece(jobs, job, &at_position, &at_output, &at_tile)) {
             chosen = job;
             position = at_position;
             output = at_output;
+            tile = at_tile;
         }
     }
     struct job_piece *piece = chosen ? calloc(1, sizeof *piece) : NULL;
     if (!piece)
         return NULL;
     struct farm_frame *frame = &chosen->frames[position];
-    double guess_ms = chosen->done_count > 0
-                          ? chosen->busy_ms / chosen->done_count / chosen->request.output_count
-                          : 0;
+    double guess_ms = guess_of(chosen);
     *piece = (struct job_piece){.jobs = jobs,
                                 .job = chosen,
                                 .position = position,
                                 .output = output,
+                                .tile = tile,
                                 .attempt = frame->attempts,
                                 .ticket = supervisor_next_ticket(jobs->desc.supervisor),
                                 .charged_ms = guess_ms,
                                 .image_fd = -1};
-    frame->in_flight |= 1u << output;
+    if (tile >= 0 && !farm_tiles_begin(chosen, position, output, tile)) {
+        free(piece);
+        return NULL;
+    }
+    if (tile < 0)
+        frame->in_flight |= 1u << output;
+    jobs->is_assembling |= tile == TILE_ASSEMBLY;
     frame->state = FARM_FRAME_RUNNING;
     chosen->pieces++;
     chosen->pass += guess_ms / weight_of(chosen);
     jobs->in_flight[slot] = piece;
     return piece;
+}
+
+/* Where in the picture it went wrong. */
+static void name_tile(struct job_piece *piece)
+{
+    const struct request_tile tile = picture_tiles_get(&piece->job->tiles, piece->tile);
+    const struct error problem = piece->problem;
+    piece->problem = (struct error){0};
+    error_set(&piece->problem, problem.code, "the tile at %d, %d: %s", tile.x, tile.y,
+              problem.message);
+}
+
+static enum farm_frame_state state_in_between(const struct farm_frame *frame)
+{
+    return frame->in_flight || frame->tiles_in_flight ? FARM_FRAME_RUNNING : FARM_FRAME_QUEUED;
 }
 
 /* ---- submitting ---- */
@@ -149,7 +188,9 @@ static bool fill_task(struct jobs *jobs, const struct job_piece *piece, struct r
                       struct error *err)
 {
     const struct farm_job *job = piece->job;
-    const struct render_request request = farm_job_render(job, piece->position, piece->output);
+    struct render_request request = farm_job_render(job, piece->position, piece->output);
+    if (piece->tile >= 0)
+        farm_tiles_request(job, piece->tile, &request);
     const struct tradeoff_view view = {.scene = request.scene,
                                        .width_px = request.width,
                                        .height_px = request.height,
@@ -169,7 +210,7 @@ static bool fill_task(struct jobs *jobs, const struct job_piece *piece, struct r
     free(text);
     task->format = image_format_from_request(&request);
     task->priority = RENDER_BATCH;
-    task->expects_reuse = job->request.frames.count > 1;
+    task->expects_reuse = job->request.frames.count > 1 || picture_tiles_count(&job->tiles) > 1;
     task->is_of_job = true;
     task->stated_error = json_incref(json_object_get(job->chosen_json, "error"));
     const struct request_quality *asked = &job->request.render.quality;
@@ -181,6 +222,10 @@ static bool fill_task(struct jobs *jobs, const struct job_piece *piece, struct r
 
 static void submit(struct jobs *jobs, struct job_piece *piece)
 {
+    if (piece->tile == TILE_ASSEMBLY) {
+        job_assembly_start(jobs, piece, piece_ended);
+        return;
+    }
     struct render_task *task = render_task_create();
     if (!task)
         error_set(&piece->problem, ERROR_NO_MEMORY, "frame of a job");
@@ -237,6 +282,14 @@ static bool publish(struct jobs *jobs, const struct job_piece *piece, struct fil
                   job->request.frames.numbers[piece->position], name);
     file->position = piece->position;
     file->output = piece->output;
+    if (piece->tile >= 0)
+        return farm_tiles_keep(jobs, piece, err);
+    if (piece->tile == TILE_ASSEMBLY) {
+        file->size_bytes = piece->size_bytes;
+        memcpy(file->digest, piece->digest, sizeof file->digest);
+        return jobs_make_room_for(jobs, job, piece->size_bytes, err) &&
+               job_results_adopt(jobs->results, &place, name, err);
+    }
     struct stat image;
     if (fstat(piece->image_fd, &image) != 0)
         return error_set(err, ERROR_IO, "reading a picture: %s", strerror(errno));
@@ -313,16 +366,19 @@ static void settle_frame(struct jobs *jobs, struct job_piece *piece, enum verdic
 {
     struct farm_job *job = piece->job;
     struct farm_frame *frame = &job->frames[piece->position];
-    enum farm_frame_state state = frame->in_flight ? FARM_FRAME_RUNNING : FARM_FRAME_QUEUED;
+    enum farm_frame_state state = state_in_between(frame);
     if (verdict == VERDICT_GOOD) {
         if (farm_job_is_open(job)) {
             farm_job_set_chosen(job, piece->chosen);
             piece->chosen = NULL;
         }
         job->is_decided = true;
-        note_file(job, frame, file);
+        if (piece->tile >= 0)
+            farm_tiles_note_done(piece);
+        else
+            note_file(job, frame, file);
         frame->ms += (float)piece->ms;
-        if (!frame->in_flight && output_to_make(job, frame) < 0) {
+        if (state == FARM_FRAME_QUEUED && output_to_make(job, frame) < 0) {
             state = FARM_FRAME_DONE;
             frame->attempts++;
             job->busy_ms += (double)frame->ms;
@@ -330,10 +386,18 @@ static void settle_frame(struct jobs *jobs, struct job_piece *piece, enum verdic
             job->crashes = 0;
         }
     } else if (verdict == VERDICT_FAILED || verdict == VERDICT_NEVER) {
-        frame->attempts++;
+        int attempts = piece->tile >= 0 ? farm_tiles_note_failure(piece) : ++frame->attempts;
+        bool is_last = verdict == VERDICT_NEVER || attempts >= job->request.attempts;
+        if (piece->tile >= 0)
+            name_tile(piece);
         set_problem(frame, &piece->problem);
-        bool is_last = verdict == VERDICT_NEVER || frame->attempts >= job->request.attempts;
-        state = is_last ? FARM_FRAME_FAILED : FARM_FRAME_QUEUED;
+        if (is_last)
+            frame->attempts = attempts; /* other tiles of the frame count no more */
+        state = is_last            ? FARM_FRAME_FAILED
+                : piece->tile >= 0 ? state_in_between(frame)
+                                   : FARM_FRAME_QUEUED;
+        if (piece->tile == TILE_ASSEMBLY)
+            farm_tiles_lose(piece);
         jobs->totals.frames_failed += is_last;
         jobs->totals.frames_retried += !is_last;
         note_crash(job, is_last && piece->problem.code == ERROR_RENDER_FAILED);
@@ -373,11 +437,17 @@ static void log_verdict(const struct jobs *jobs, const struct job_piece *piece,
 static bool retire(struct job_piece *piece)
 {
     struct farm_job *job = piece->job;
+    struct farm_frame *frame = &job->frames[piece->position];
     bool counts = is_current(piece);
-    job->frames[piece->position].in_flight &= ~(1u << piece->output);
+    if (piece->tile >= 0)
+        farm_tiles_end(piece);
+    else
+        frame->in_flight &= ~(1u << piece->output);
+    if (piece->tile == TILE_ASSEMBLY)
+        piece->jobs->is_assembling = false;
     job->pass += (piece->ms - piece->charged_ms) / weight_of(job);
-    if (!counts && job->frames[piece->position].state == FARM_FRAME_RUNNING &&
-        !job->frames[piece->position].in_flight)
+    if (!counts && frame->state == FARM_FRAME_RUNNING &&
+        state_in_between(frame) == FARM_FRAME_QUEUED)
         farm_job_set_frame(job, piece->position, FARM_FRAME_QUEUED);
     return counts && !farm_job_has_ended(job);
 }
@@ -400,7 +470,7 @@ static void settle(struct jobs *jobs, struct job_piece *piece)
     struct frame_record frame = {0};
     struct job_record record = {0};
     char problem[ERROR_MESSAGE_BYTES] = "";
-    enum verdict verdict = judge(&piece->problem);
+    enum verdict verdict = piece->is_unwritable ? VERDICT_PAUSE : judge(&piece->problem);
     pthread_mutex_lock(&jobs->disk);
     pthread_mutex_lock(&jobs->mutex);
     bool counts = is_current(piece) && !farm_job_has_ended(piece->job);
@@ -427,14 +497,16 @@ static void settle(struct jobs *jobs, struct job_piece *piece)
     struct error failure = {0};
     if (counts && verdict != VERDICT_AGAIN &&
         !job_store_put_frame(jobs->store, record.number, &frame,
-                             verdict == VERDICT_GOOD ? &file : NULL, &record, &failure)) {
+                             verdict == VERDICT_GOOD && piece->tile < 0 ? &file : NULL, &record,
+                             &failure)) {
         log_write(jobs->desc.log, LOG_ERROR, "job %s: %s", record.id, failure.message);
         pthread_mutex_lock(&jobs->mutex); /* what is not saved is made again after a restart */
         if (!farm_job_has_ended(piece->job))
             pause_job(piece->job, &failure);
         jobs_note_change(jobs, piece->job);
         pthread_mutex_unlock(&jobs->mutex);
-    }
+    } else if (counts && verdict == VERDICT_GOOD && piece->tile == TILE_ASSEMBLY)
+        farm_tiles_remove(jobs, piece);
     if (counts)
         log_verdict(jobs, piece, verdict, &record);
     pthread_mutex_lock(&jobs->mutex);

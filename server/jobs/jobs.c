@@ -641,6 +641,8 @@ static bool begin(struct jobs *jobs, struct error *err)
     if (!jobs->store || !job_store_get_ran_ms(jobs->store, &jobs->ran_before_ms, err) ||
         !job_store_load(jobs->store, &visitor, err))
         return false;
+    for (int i = 0; i < jobs->count; i++)
+        farm_tiles_load(jobs, jobs->list[i]);
     jobs->has_thread = pthread_create(&jobs->thread, NULL, jobs_thread, jobs) == 0;
     return jobs->has_thread || error_set(err, ERROR_INTERNAL, "jobs: no thread");
 }
@@ -676,6 +678,7 @@ void jobs_stop(struct jobs *jobs)
     pthread_cond_broadcast(&jobs->changed);
     pthread_mutex_unlock(&jobs->mutex);
     pthread_join(jobs->thread, NULL);
+    job_assembly_stop(jobs);
     struct error ignored = {0}; /* then the time since it was last saved does not count */
     pthread_mutex_lock(&jobs->disk);
     if (!job_store_set_ran_ms(jobs->store, jobs_ran_ms(jobs), &ignored))

@@ -9,6 +9,7 @@
 #include "protocol/turntable.h"
 #include "renderer/image/image.h"
 #include "server/jobs/job_results.h"
+#include "server/jobs/job_tiles.h"
 #include "server/jobs/jobs.h"
 
 enum {
@@ -21,6 +22,11 @@ struct farm_file {
     char digest[DIGEST_TEXT_BYTES];
 };
 
+enum farm_tile_state { FARM_TILE_TO_DO, FARM_TILE_IN_FLIGHT, FARM_TILE_DONE };
+struct farm_tile {
+    uint8_t state, attempts;
+};
+
 struct farm_frame {
     enum farm_frame_state state;
     int attempts;
@@ -30,6 +36,8 @@ struct farm_frame {
     enum error_code code;
     char *problem;           /* owned; of the last failure, or NULL */
     struct farm_file *files; /* owned; one per output, or NULL */
+    struct farm_tile *tiles; /* owned; of each output one after the other; NULL: none has begun */
+    int tiles_in_flight;
 };
 
 struct farm_job {
@@ -43,6 +51,9 @@ struct farm_job {
     int next;       /* every frame before this position has ended */
     double pass;    /* milliseconds of its frames over its weight: the least goes first */
     double busy_ms; /* of all frames that are done */
+    struct picture_tiles tiles; /* of each picture; zeroed: it is in one piece */
+    int64_t tiles_done;         /* since the server began, or found then */
+    double tiles_ms;            /* of those that were rendered since */
     uint64_t result_bytes;
     struct turntable turntable; /* has_bounds */
     bool has_bounds, is_animated;
@@ -63,6 +74,7 @@ struct job_piece {
     struct jobs *jobs;
     struct farm_job *job;
     int position, output, attempt;
+    int tile; /* or TILE_NONE, TILE_ASSEMBLY */
     uint64_t ticket;
     double charged_ms; /* to the job's pass when it began */
     /* set when it has ended */
@@ -70,6 +82,9 @@ struct job_piece {
     int image_fd; /* owned; -1: none */
     double ms;
     char *chosen; /* owned; what was chosen for the frame, as JSON; NULL: nothing, or not asked */
+    uint64_t size_bytes;            /* of a picture that was joined, in its draft */
+    char digest[DIGEST_TEXT_BYTES]; /* likewise */
+    bool is_unwritable;             /* the picture could not be written */
 };
 
 struct waiting {
@@ -105,6 +120,10 @@ struct jobs {
     uint64_t frames_kept;
     struct job_piece *in_flight[JOB_PIECES_MAX]; /* NULL: room */
     struct job_piece *ended;
+    bool is_assembling;  /* one picture is joined at a time */
+    pid_t assembler_pid; /* 0: none */
+    pthread_t assembler; /* of the jobs' thread, and of who stops it after that */
+    bool has_assembler;
     int64_t resume_ms;               /* nothing is submitted before: the worker cannot take more */
     int64_t ran_before_ms, began_ms; /* time that servers ran before; when this one began */
     int64_t look_ms;     /* when jobs that are kept long enough are looked for again; 0: now */
@@ -205,5 +224,8 @@ void *jobs_thread(void *argument);
 /* What is rendered for an output of a frame: shares what the job's request owns, so it is not
  * finished. Not under the mutex: that request never changes. */
 struct render_request farm_job_render(const struct farm_job *job, int position, int output);
+
+/* What the names of the tiles of a piece's picture begin with. Not under the mutex. */
+void job_tile_prefix(const struct job_piece *piece, char name[TILE_NAME_BYTES]);
 
 #endif

@@ -42,6 +42,15 @@ class JobClients(CliServiceTest):
         self.run_cli("forget", job)
         self.assertNotIn(job, self.run_cli("list"))
 
+    def test_tiles_are_submitted_and_fetched(self):
+        job = self.submit("--size", "600x300", "--tiles", "256x512").strip()
+        self.run_cli("watch", job)
+        shown = json.loads(self.run_cli("show", job, "--json"))
+        self.assertEqual([4, 1, 4], [shown["tiles"][key] for key in ("columns", "rows", "done")])
+        self.assertEqual("1 files fetched, 0 were there\n",
+                         self.run_cli("fetch", job, "-o", self.path("tiled")))
+        self.assertIn("is not N or", self.submit("--tiles", "2048x", code=2))
+
     def test_keys_pauses_and_ends(self):
         first = self.submit("--key", "k", "--paused", "--frames", "1-9").strip()
         self.assertEqual(first, self.submit("--key", "k", "--paused", "--frames", "1-9").strip())

@@ -60,6 +60,17 @@ class Tiles(CliServiceTest):
         self.assertEqual((400, "/width"), (refused.status, refused.json()["pointer"]))
         self.assertIn("by tile", refused.json()["detail"])
 
+    def test_a_job_joins_tiles_to_the_picture(self):
+        size = {"width": 600, "height": 300}
+        for look in ({"quality": {"shadows": "deep"}}, {"quality": {"shadows": "raytraced"}}):
+            job = self.daemon.request("POST", "/v1/jobs", {
+                "scene": self.scene_id, "view": {**size, **look}, "tiles": 256}).json()["id"]
+            found = self.daemon.request("GET", f"/v1/jobs/{job}",
+                                        headers={"Prefer": "wait=60"}).json()
+            self.assertEqual(("done", 8), (found["state"], found["tiles"]["count"]))
+            made = self.daemon.request("GET", f"/v1/jobs/{job}/frames/1/color").body
+            self.assertEqual(self.pixels(**size, **look), pixels_of(made), look)
+
     def test_the_report_has_the_size_of_the_image(self):
         reply = self.daemon.render(self.scene_id, **SIZE, tile={"width": 7, "height": 5})
         link = reply.header("Link").split(">")[0].lstrip("<")

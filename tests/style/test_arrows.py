@@ -106,7 +106,8 @@ ROOMS = {
         " renderer/scene/scene_blob.h renderer/environment/environment_blob.h",
     "server/tradeoffs": "server/base server/mapping server/front",
     "server/jobs":
-        "server/base server/mapping server/front server/tradeoffs renderer/image/image.h",
+        "server/base server/mapping server/front server/tradeoffs renderer/image/image.h"
+        " renderer/image/image_join.h",
     "server/views":
         "server/base server/http server/front server/tradeoffs renderer/image/image.h",
     "server/routes":
@@ -117,9 +118,12 @@ ROOMS = {
     "server/decoder":
         "server/base server/mapping renderer/environment renderer/image/image.h"
         " renderer/import/import.h renderer/scene/scene.h",
+    # the assembler
+    "server/assembler": "server/base renderer/image/image_join.h",
     # the worker
     "server/worker": "server/base server/mapping renderer",
-    "server/main.c": "server/base server/jobs server/routes server/decoder server/worker",
+    "server/main.c":
+        "server/base server/jobs server/routes server/decoder server/worker server/assembler",
 }
 
 GL = {"epoxy", "renderer/gl", "renderer/textures", "renderer/draw", "renderer/window",
@@ -141,6 +145,7 @@ NEVER_REACHED = {
     "server/routes": GL | DECODING | {"server/worker"},
     "server/decoder": GL | HTTP | FRONT | {"server/worker", "ini.h", "openssl"},
     "server/worker": HTTP | FRONT | DECODING,
+    "server/assembler": GL | HTTP | FRONT | DECODING | {"server/worker"},
 }
 
 # third-party header -> the only files that may include it; the first pattern that fits decides
