@@ -210,6 +210,18 @@ bool job_results_hash(int draft_fd, uint64_t *size_bytes, char digest_text[DIGES
     return is_good;
 }
 
+void job_results_drop(struct job_results *results, const struct job_place *place, const char *name)
+{
+    char draft[NAME_BYTES];
+    struct error ignored = {0};
+    int folder_fd = open_place(results, place, false, &ignored);
+    if (folder_fd < 0)
+        return;
+    name_draft(name, draft);
+    unlinkat(folder_fd, draft, 0);
+    close(folder_fd);
+}
+
 bool job_results_adopt(struct job_results *results, const struct job_place *place, const char *name,
                        struct error *err)
 {

@@ -38,6 +38,7 @@ MUST_CHECK int job_results_draft(struct job_results *results, const struct job_p
                                  const char *name, struct error *err);
 MUST_CHECK bool job_results_hash(int draft_fd, uint64_t *size_bytes, char digest[DIGEST_TEXT_BYTES],
                                  struct error *err);
+void job_results_drop(struct job_results *results, const struct job_place *place, const char *name);
 MUST_CHECK bool job_results_adopt(struct job_results *results, const struct job_place *place,
                                   const char *name, struct error *err);
 

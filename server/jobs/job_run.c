@@ -507,6 +507,8 @@ static void settle(struct jobs *jobs, struct job_piece *piece)
         pthread_mutex_unlock(&jobs->mutex);
     } else if (counts && verdict == VERDICT_GOOD && piece->tile == TILE_ASSEMBLY)
         farm_tiles_remove(jobs, piece);
+    if (piece->tile == TILE_ASSEMBLY && !(counts && verdict == VERDICT_GOOD))
+        farm_tiles_drop_draft(jobs, piece);
     if (counts)
         log_verdict(jobs, piece, verdict, &record);
     pthread_mutex_lock(&jobs->mutex);

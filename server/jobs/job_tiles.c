@@ -200,21 +200,41 @@ static void load_tile(void *context, const char *name)
     job->tiles_done++;
 }
 
-void farm_tiles_load(struct jobs *jobs, struct farm_job *job)
+void farm_tiles_drop_draft(struct jobs *jobs, const struct job_piece *piece)
+{
+    const struct farm_job *job = piece->job;
+    const struct job_place place = farm_job_place(job);
+    char name[JOB_FILE_BYTES];
+    job_file_name(&job->request.outputs[piece->output],
+                  job->request.frames.numbers[piece->position], name);
+    job_results_drop(jobs->results, &place, name);
+}
+
+static void walk_tiles(struct jobs *jobs, struct farm_job *job, bool drops_all)
 {
     const struct job_place place = own_place(job);
     struct error ignored = {0};
-    if (!farm_job_has_tiles(job))
-        return;
-    /* what the first tile chose for all is saved with the start of the job, or was not: then a tile
-     * may be of other settings than those to come */
     struct loading loading = {.job = job,
                               .folder_fd = job_results_folder(jobs->results, &place, &ignored),
-                              .drops_all = farm_job_has_ended(job) ||
-                                           (farm_job_is_open(job) && !job->record.started_s)};
+                              .drops_all = drops_all};
     if (loading.folder_fd < 0)
         return;
     if (!state_dir_for_each(loading.folder_fd, load_tile, &loading, &ignored))
         log_write(jobs->desc.log, LOG_WARNING, "job %s: %s", job->record.id, ignored.message);
     close(loading.folder_fd);
+}
+
+void farm_tiles_clean(struct jobs *jobs, struct farm_job *job)
+{
+    if (farm_job_has_tiles(job))
+        walk_tiles(jobs, job, true);
+}
+
+/* What the first tile chose for all is saved with the start of the job, or was not: then a tile may
+ * be of other settings than those to come. */
+void farm_tiles_load(struct jobs *jobs, struct farm_job *job)
+{
+    if (farm_job_has_tiles(job))
+        walk_tiles(jobs, job,
+                   farm_job_has_ended(job) || (farm_job_is_open(job) && !job->record.started_s));
 }

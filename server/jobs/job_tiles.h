@@ -51,6 +51,11 @@ MUST_CHECK bool farm_tiles_keep(struct jobs *jobs, const struct job_piece *piece
 void farm_tiles_remove(struct jobs *jobs, const struct job_piece *piece);
 void farm_tiles_lose(const struct job_piece *piece); /* they are to be rendered again */
 
+/* Not under the mutex, but with the disk locked. The draft of a picture that was not adopted. */
+void farm_tiles_drop_draft(struct jobs *jobs, const struct job_piece *piece);
+/* Likewise. What a job that has ended leaves of tiles. */
+void farm_tiles_clean(struct jobs *jobs, struct farm_job *job);
+
 /* Before the jobs' thread begins: what is there of the tiles of a job. */
 void farm_tiles_load(struct jobs *jobs, struct farm_job *job);
 

@@ -233,12 +233,27 @@ bool jobs_cancel_broken(struct jobs *jobs, const char *id, struct error *err)
     return change(jobs, id, &cancelling, apply_cancel, false, err);
 }
 
+/* Tiles of a cancelled job are of no use; those still in flight are not kept. */
+static void drop_tiles(struct jobs *jobs, const char *id)
+{
+    pthread_mutex_lock(&jobs->disk); /* whoever forgets a job locks it, too */
+    pthread_mutex_lock(&jobs->mutex);
+    struct farm_job *job = jobs_find(jobs, id);
+    bool is_cancelled = job && job->record.state == FARM_JOB_CANCELLED;
+    pthread_mutex_unlock(&jobs->mutex);
+    if (is_cancelled)
+        farm_tiles_clean(jobs, job);
+    pthread_mutex_unlock(&jobs->disk);
+}
+
 bool jobs_cancel(struct jobs *jobs, const char *id, struct error *err)
 {
     struct cancelling cancelling = {0}; /* tickets which no render has */
     bool is_good = change(jobs, id, &cancelling, apply_cancel, false, err);
     for (int i = 0; is_good && i < JOB_PIECES_MAX; i++) /* calls back: without a lock */
         supervisor_cancel(jobs->desc.supervisor, cancelling.tickets[i]);
+    if (is_good)
+        drop_tiles(jobs, id);
     return is_good;
 }
 

@@ -125,6 +125,14 @@ class JobTiles(JobTest):
         self.assertEqual((2, 1), (found["frames"]["done"], found["frames"]["failed"]))
         self.assertEqual((2, 2), (found["failures"][0]["frame"], found["failures"][0]["attempts"]))
 
+    def test_a_job_that_is_cancelled_leaves_no_tiles(self):
+        job = self.tiled(self.daemon.push(moving("fake:slow=30")))
+        folder = os.path.join(self.daemon.state_dir, "jobs", job)
+        support.wait_until(lambda: len(tiles_of(folder)) > 2, "some tiles")
+        self.daemon.request("DELETE", f"/v1/jobs/{job}")
+        self.wait(job, "cancelled")
+        self.assertEqual([], os.listdir(folder))
+
     def test_bad_tiles_are_refused_by_member(self):
         scene = self.daemon.push(moving())
         def refused(status, pointer, words, **members):
