@@ -17,6 +17,7 @@ import argparse
 import json
 import os
 import resource
+import shutil
 import statistics
 import struct
 import subprocess
@@ -141,18 +142,23 @@ def timed_job(options, daemon, scene, frames):
 
 
 def by_workers(options, scene, folder):
-    """The same job on one worker and on two, in turn."""
+    """The same job on one worker and on two, in turn; the second server has the programs that the
+    first one compiled."""
     with open(scene, "rb") as file:
         glb = file.read()
-    rounds, load, least = 1 if options.quick else 3, os.getloadavg()[0], {}
-    daemons = {count: Daemon(options.bin, os.path.join(folder, f"workers-{count}"), "--workers",
-                             str(count), "--no-warm-up") for count in (1, 2)}
+    rounds, load, least, daemons = 1 if options.quick else 3, os.getloadavg()[0], {}, {}
     try:
-        for count, daemon in daemons.items():
+        for count in (1, 2):
+            state = os.path.join(folder, f"workers-{count}")
+            if daemons:
+                shutil.copytree(os.path.join(folder, "workers-1", "cache"),
+                                os.path.join(state, "cache"))
+            daemon = daemons[count] = Daemon(options.bin, state, "--workers", str(count),
+                                             "--no-warm-up", "--auto", "raster")
             found = json.loads(daemon.ask("/v1/scenes", glb, "model/gltf-binary")[1])["id"]
             while not all(one["ready"] for one in daemon.ask_json("/v1/stats")["workers"]):
                 time.sleep(0.1)
-            timed_job(options, daemon, found, 4 * count)
+            timed_job(options, daemon, found, 4 if count > 1 else 1)  # two go to each of several
         for _ in range(rounds):
             for count, daemon in daemons.items():
                 took = timed_job(options, daemon, found, options.frames) / options.frames
