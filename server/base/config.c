@@ -481,9 +481,10 @@ static bool read_flags(struct config *config, int argc, char **argv, const char 
             return error_set(err, ERROR_INVALID_REQUEST, "flag '%s' needs a value", argv[i]);
         if (is_file)
             *file = value;
-        else if (is_backup && !set_backup(config, value, err))
-            return false;
-        else if (key && !is_first && !config_set(config, key, value, "flag", err))
+        bool is_taken = is_file || (key && is_first) ||
+                        (is_backup ? set_backup(config, value, err)
+                                   : config_set(config, key, value, "flag", err));
+        if (!is_taken)
             return false;
         i += !is_joined;
     }

@@ -122,7 +122,7 @@ class Real(support.unittest.TestCase):
     CAMERA = {"eye": [0, 3, 0.001], "target": [0, 0, 0], "up": [0, 0, -1], "fov_y_deg": 60}
 
     def render(self, **members):
-        members = {"width": 64, "height": 64, "camera": self.CAMERA, **members}
+        members = {"width": 64, "height": 64, "camera": self.CAMERA, "provenance": False, **members}
         reply = self.daemon.render(self.scene, timeout=300, **members)
         self.assertEqual(200, reply.status, reply.body[:500])
         return reply
@@ -219,6 +219,7 @@ class Real(support.unittest.TestCase):
         document["materials"][0]["normalTexture"] = {"index": 0, "texCoord": 1}
         mapped = self.daemon.push(support.glb(document, binary))
         pictures = {scene: self.daemon.render(scene, timeout=300, width=48, height=48,
+                                               provenance=False,
                                               camera=self.CAMERA, quality={"shadows": "raytraced"})
                     for scene in (plain, mapped)}
         self.assertEqual([200, 200], [reply.status for reply in pictures.values()])
@@ -242,7 +243,7 @@ class Real(support.unittest.TestCase):
 
         def image(**members):
             members = {"width": 48, "height": 48, "camera": self.CAMERA, **members}
-            reply = self.daemon.render(scene, timeout=300, **members)
+            reply = self.daemon.render(scene, timeout=300, provenance=False, **members)
             self.assertEqual(200, reply.status, reply.body[:500])
             return reply.body
 
@@ -284,8 +285,8 @@ class Real(support.unittest.TestCase):
         light = {"type": "spot", "position": [0, 0, 3], "direction": [0, 0, -1], "intensity": 50}
 
         def image(**members):
-            reply = self.daemon.render(scene, timeout=300, width=32, height=32, lights=[light],
-                                       quality={"shadows": "map"}, **members)
+            reply = self.daemon.render(scene, timeout=300, width=32, height=32,
+                                       provenance=False, lights=[light], quality={"shadows": "map"}, **members)
             self.assertEqual(200, reply.status, reply.body[:500])
             link = reply.header("Link")
             report = self.daemon.request("GET", link[1:link.index(">")]).json()
