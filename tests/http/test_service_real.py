@@ -219,7 +219,7 @@ class Real(support.unittest.TestCase):
         document["materials"][0]["normalTexture"] = {"index": 0, "texCoord": 1}
         mapped = self.daemon.push(support.glb(document, binary))
         pictures = {scene: self.daemon.render(scene, timeout=300, width=48, height=48,
-                                               provenance=False,
+                                              provenance=False,
                                               camera=self.CAMERA, quality={"shadows": "raytraced"})
                     for scene in (plain, mapped)}
         self.assertEqual([200, 200], [reply.status for reply in pictures.values()])
@@ -286,7 +286,8 @@ class Real(support.unittest.TestCase):
 
         def image(**members):
             reply = self.daemon.render(scene, timeout=300, width=32, height=32,
-                                       provenance=False, lights=[light], quality={"shadows": "map"}, **members)
+                                       provenance=False, lights=[light],
+                                       quality={"shadows": "map"}, **members)
             self.assertEqual(200, reply.status, reply.body[:500])
             link = reply.header("Link")
             report = self.daemon.request("GET", link[1:link.index(">")]).json()
