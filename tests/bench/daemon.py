@@ -29,15 +29,17 @@ class Daemon:
             time.sleep(poll_s)
         self.ready_s = time.monotonic() - self.began
 
-    def ask(self, path, body=None, media_type="application/json", method=None):
+    def ask(self, path, body=None, media_type="application/json", method=None, priority=None):
         """(headers, body) of the reply."""
-        request = urllib.request.Request(f"http://127.0.0.1:{self.port}{path}", body,
-                                         {"Content-Type": media_type}, method=method)
+        headers = {"Content-Type": media_type, **({"Priority": priority} if priority else {})}
+        request = urllib.request.Request(f"http://127.0.0.1:{self.port}{path}", body, headers,
+                                         method=method)
         with urllib.request.urlopen(request, timeout=REPLY_TIMEOUT_S) as reply:
             return reply.headers, reply.read()
 
-    def ask_json(self, path, body=None):
-        return json.loads(self.ask(path, json.dumps(body).encode() if body else None)[1])
+    def ask_json(self, path, body=None, method=None):
+        return json.loads(self.ask(path, json.dumps(body).encode() if body else None,
+                                   method=method)[1])
 
     def is_ready(self):
         try:

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: MIT
 """Measures films: the frames of an animated scene as one job of a server, and as a process each.
 
-usage: farm.py BIN [SCENE.glb] [--size WxH] [--frames N] [--processes N] [--quick] [--json]
+usage: farm.py BIN [SCENE.glb] [--size WxH] [--frames N] [--processes N] [--rounds N] [--quick]
+       [--json]
 
 Without a SCENE the demo scene turns about its vertical axis. `job` is one daemon, from its start to
 its end, with one job of N frames. `process` is `vitrail render --spawn` for each of some frames,
@@ -12,6 +13,10 @@ and the compiled programs. All are stated per frame, in wall and processor time,
 renders' own, and beside it the same of one-shot renders by a client that stays. `workers` is the
 job on servers with one and with two workers in turn, warm, the least wall time of each: how many
 times faster two are, beside the processors and the load before.
+
+`latency` is what a client waits for one render, from its request to its last byte, while the server
+has nothing else to do and beside a job that never ends; the two take turns, a few renders each.
+`urgent` renders say Priority: u=0, as those of a hand that moves; `default` ones say nothing.
 """
 import argparse
 import json
@@ -32,6 +37,7 @@ WANTED.add_argument("scene", nargs="?")
 WANTED.add_argument("--size", default="320x180")
 WANTED.add_argument("--frames", type=int, default=200)
 WANTED.add_argument("--processes", type=int, default=10)
+WANTED.add_argument("--rounds", type=int, default=25, help="of latencies, four renders each")
 WANTED.add_argument("--quick", action="store_true")
 WANTED.add_argument("--json", action="store_true")
 
@@ -143,7 +149,7 @@ def timed_job(options, daemon, scene, frames):
 
 def by_workers(options, scene, folder):
     """The same job on one worker and on two, in turn; the second server has the programs that the
-    first one compiled."""
+    first one compiled. And renders beside a job of the first one."""
     with open(scene, "rb") as file:
         glb = file.read()
     rounds, load, least, daemons = 1 if options.quick else 3, os.getloadavg()[0], {}, {}
@@ -163,11 +169,54 @@ def by_workers(options, scene, folder):
             for count, daemon in daemons.items():
                 took = timed_job(options, daemon, found, options.frames) / options.frames
                 least[count] = min(took, least.get(count, took))
+        latency = latencies(options, daemons[1], found)
     finally:
         for daemon in daemons.values():
             daemon.stop()
     return {"one_s": least[1], "two_s": least[2], "ratio": least[1] / least[2],
-            "processors": os.cpu_count(), "load_before": load}
+            "processors": os.cpu_count(), "load_before": load}, latency
+
+
+def settle(daemon, job, is_paused):
+    """Pauses the job until none of its frames is in the making, or has it go on until one is."""
+    daemon.ask_json(job, {"paused": is_paused}, "PATCH")
+    while (daemon.ask_json(job)["frames"]["running"] > 0) == is_paused:
+        time.sleep(0.01)
+
+
+def quantiles(times):
+    ranked = sorted(times)
+    return {"p50_ms": statistics.median(ranked),
+            "p95_ms": ranked[min(len(ranked) - 1, int(0.95 * len(ranked)))], "count": len(ranked)}
+
+
+def latencies(options, daemon, scene):
+    """What renders take from request to reply, with and without a job beside them."""
+    width, height = map(int, options.size.split("x"))
+    view = {"width": width, "height": height, "exposure_ev": "auto",
+            "camera": {"fit": "three-quarter"}}
+    job = daemon.ask_json("/v1/jobs", {"scene": scene, "view": view, "paused": True,
+                                       "frames": "1-100000"})
+    path, frame = f"/v1/jobs/{job['id']}", 0
+    times = {(beside, kind): [] for beside in ("alone", "beside_a_job")
+             for kind in ("urgent", "default")}
+    for number in range(options.rounds + 1):  # the first one warms up
+        for (beside, kind), found in times.items():
+            if kind == "urgent":
+                settle(daemon, path, beside == "alone")
+            for _ in range(4):
+                frame += 1
+                body = {"scene": scene, **view, "animation": {"time_s": frame / 24 + 0.001}}
+                began = time.monotonic()
+                daemon.ask("/v1/renders", json.dumps(body).encode(),
+                           priority="u=0" if kind == "urgent" else None)
+                if number > 0:
+                    found.append(1e3 * (time.monotonic() - began))
+    ended = daemon.ask_json(path, method="DELETE")
+    result = {"job_frame_ms": 1e3 * ended["busy_s"] / max(1, ended["frames"]["done"])}
+    for (beside, kind), found in times.items():
+        result.setdefault(beside, {})[kind] = quantiles(found)
+    return result
 
 
 def as_processes(options, scene, folder, *more):
@@ -186,7 +235,7 @@ def as_processes(options, scene, folder, *more):
 def main():
     options = WANTED.parse_args()
     if options.quick:
-        options.frames, options.processes = 8, 2
+        options.frames, options.processes, options.rounds = 8, 2, 2
     with tempfile.TemporaryDirectory() as folder:
         scene = os.path.join(folder, "scene.glb")
         if options.scene:
@@ -198,7 +247,7 @@ def main():
                 film = turning(file.read())
                 file.seek(0)
                 file.write(film)
-        job, workers = as_job(options, scene, folder), by_workers(options, scene, folder)
+        job, (workers, latency) = as_job(options, scene, folder), by_workers(options, scene, folder)
         ways = {"process": as_processes(options, scene, folder),
                 "kept": as_processes(options, scene, folder, "--state-dir",
                                      os.path.join(folder, "kept"))}
@@ -206,7 +255,7 @@ def main():
         way["ratio"] = {key: way[key] / job[key] for key in ("wall_s", "cpu_s")}
     if options.json:
         print(json.dumps({"size": options.size, "frames": options.frames, "job": job,
-                          "workers": workers, **ways}, indent=1))
+                          "workers": workers, **ways, "latency": latency}, indent=1))
         return
     print(f"{options.frames} frames of {options.size}, per frame:")
     print(f"  job      {job['wall_s']:8.3f} s wall {job['cpu_s']:8.3f} s of processors; "
@@ -218,6 +267,11 @@ def main():
     for name, way in ways.items():
         print(f"  {name:8} {way['wall_s']:8.3f} s wall {way['cpu_s']:8.3f} s of processors; "
               f"{way['ratio']['wall_s']:.1f} and {way['ratio']['cpu_s']:.1f} times the job")
+    print(f"one render, frames of the job beside it take {latency['job_frame_ms']:.0f} ms:")
+    for beside in ("alone", "beside_a_job"):
+        for kind, found in latency[beside].items():
+            print(f"  {beside:12} {kind:7} p50 {found['p50_ms']:7.1f} ms, "
+                  f"p95 {found['p95_ms']:7.1f} ms of {found['count']}")
 
 
 main()

@@ -121,7 +121,7 @@ static size_t make_rays(struct kernel *ours, const struct traced *traced, struct
                         struct rt_ray *shadow)
 {
     struct image image = {.width_px = traced->view.width_px, .height_px = traced->view.height_px};
-    struct raytrace_desc desc = {.camera = &traced->camera};
+    struct raytrace_desc desc = {.view = &traced->view, .camera = &traced->camera};
     struct rt_job job = {.desc = &desc, .scene = &ours->scene, .image = &image};
     const struct state_light *light = &traced->state.lights[0];
     size_t count = 0;

@@ -13,7 +13,7 @@ PROGRAM = pathlib.Path(sys.argv.pop(1)) / "vitrail-bench"
 
 def run(*arguments):
     return subprocess.run([str(PROGRAM), *arguments], capture_output=True, text=True, check=False,
-                          timeout=120)
+                          timeout=600)
 
 
 class Bench(unittest.TestCase):
@@ -170,6 +170,12 @@ class CommandLine(unittest.TestCase):
             self.assertGreater(document[how]["wall_s"], 0)
             self.assertGreater(document[how]["cpu_s"], 0)
         self.assertGreater(document["job"]["frame_ms"], 0)
+        for beside in ("alone", "beside_a_job"):
+            for kind in ("urgent", "default"):
+                found = document["latency"][beside][kind]
+                self.assertEqual(8, found["count"])
+                self.assertLess(0, found["p50_ms"])
+                self.assertLessEqual(found["p50_ms"], found["p95_ms"])
         workers = document["workers"]
         self.assertAlmostEqual(workers["one_s"] / workers["two_s"], workers["ratio"])
 

@@ -262,6 +262,19 @@ class Jobs(JobTest):
         self.assertLess(self.job(slow)["frames"]["done"] - before, 5)
         self.daemon.request("DELETE", f"/v1/jobs/{slow}")
 
+    def test_a_picture_waits_for_two_pieces_of_jobs_at_most_and_an_urgent_one_for_none(self):
+        """By counts, the least of several: frames that end meanwhile may have been counted late."""
+        scene, light = self.daemon.push(moving("fake:slow=150")), self.daemon.push(moving())
+        job = self.submit(scene, "1-1000")
+        def frames_while(headers):
+            support.wait_until(lambda: self.job(job)["frames"]["running"] == 2, "it runs")
+            before = self.job(job)["frames"]["done"]
+            self.assertEqual(200, self.daemon.render(light, headers).status)
+            return self.job(job)["frames"]["done"] - before
+        self.assertEqual(0, min(frames_while({"Priority": "u=0"}) for _ in range(6)))
+        self.assertLessEqual(min(frames_while({}) for _ in range(6)), 2)
+        self.daemon.request("DELETE", f"/v1/jobs/{job}")
+
     def test_bad_jobs_are_refused_by_member(self):
         scene = self.daemon.push(moving())
         def refused(status, pointer, words, **members):
