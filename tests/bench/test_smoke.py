@@ -162,23 +162,6 @@ class CommandLine(unittest.TestCase):
             self.assertEqual(row["beside"] in ("rest", "render"), row["beside_frames"] > 0)
         self.assertGreater(document["patch_p50_ms"], 0)
 
-    def test_films_are_measured_as_a_job_and_as_processes(self):
-        done = run("farm", "--quick", "--json", "--size", "64x36")
-        self.assertEqual(0, done.returncode, done.stderr)
-        document = json.loads(done.stdout)
-        for how in ("job", "process", "kept"):
-            self.assertGreater(document[how]["wall_s"], 0)
-            self.assertGreater(document[how]["cpu_s"], 0)
-        self.assertGreater(document["job"]["frame_ms"], 0)
-        for beside in ("alone", "beside_a_job"):
-            for kind in ("urgent", "default"):
-                found = document["latency"][beside][kind]
-                self.assertEqual(8, found["count"])
-                self.assertLess(0, found["p50_ms"])
-                self.assertLessEqual(found["p50_ms"], found["p95_ms"])
-        workers = document["workers"]
-        self.assertAlmostEqual(workers["one_s"] / workers["two_s"], workers["ratio"])
-
     def test_unknown_suites_and_options_are_refused(self):
         for arguments in (["nothing"], ["deep", "--frames", "0"], ["deep", "--size", "10"],
                           ["deep", "--no-such"], []):

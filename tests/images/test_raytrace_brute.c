@@ -391,7 +391,7 @@ static void check_picture(const char *name, const struct imported_scene *importe
     assert_true(camera_resolve(&camera, view, &state, &err));
     assert_true(rt_scene_init(&scene, &state, view, &err));
     struct image image = {.width_px = view->width_px, .height_px = view->height_px};
-    struct raytrace_desc desc = {.camera = &camera};
+    struct raytrace_desc desc = {.view = view, .camera = &camera};
     struct rt_job job = {.desc = &desc, .scene = &scene, .image = &image};
     struct brute brute = {.scene = &scene};
     assert_true(rt_hits_init(&brute.hits, &err));
