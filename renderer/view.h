@@ -243,6 +243,18 @@ struct view_ground_plane {
     double height_m; /* world, along +Y */
 };
 
+/* Haze in all of the space around the scene (docs/explanation/media.md): what it scatters once
+ * towards the camera is seen, and it dims what is behind it and what lamps send. The extinction at
+ * height y is density_per_m * exp(-max(y - base_m, 0) / falloff_m). */
+struct view_atmosphere {
+    double density_per_m; /* extinction, [0, 1e6]; 0: there is none */
+    float color[3];       /* linear, [0, 1]: the share of the extinction that scatters */
+    double anisotropy;    /* [-0.95, 0.95]: mean cosine of Henyey and Greenstein 1941; 0: alike in
+                             all directions, > 0: onwards */
+    double falloff_m;     /* [0, 1e9]; 0: as dense at any height */
+    double base_m;        /* world, along +Y: below it the density is even */
+};
+
 /* A rectangle of a picture, its first row on top. */
 struct view_tile {
     int x_px, y_px, width_px, height_px;
@@ -285,6 +297,7 @@ struct view {
     size_t clip_plane_count;        /* at most VIEW_CLIP_PLANES_MAX */
     const struct view_cut *cuts;    /* per clip plane; NULL: the default for all */
     struct view_ground_plane ground_plane;
+    struct view_atmosphere atmosphere;
     struct view_highlight highlight;
     struct view_edges edges;
     bool is_animated;      /* false: the scene stands as its nodes say */
