@@ -63,5 +63,8 @@ enum view_limits {
 #define LIMIT_LINE_PX_MAX 32            /* each pixel of an outline looks as far as that */
 #define LIMIT_ENVIRONMENT_INTENSITY 1e6 /* factor on a map of up to 1e10 nt: below 1e17 */
 #define LIMIT_INTENSITY 1e12            /* cd, lx or nt; keeps every product inside f32 */
+#define LIMIT_HAZE_DENSITY 1e6          /* 1/m; a micrometre of it dims to 1/e */
+#define LIMIT_HAZE_ANISOTROPY 0.95      /* beyond it the peak is narrower than steps find */
+#define LIMIT_HAZE_FALLOFF 1e9          /* metres; over any scene even */
 
 #endif

@@ -240,6 +240,16 @@ struct request_ground_plane {
     double height;             /* m, along +Y */
 };
 
+/* Haze in all of space. */
+struct request_atmosphere {
+    bool is_given;
+    double density;    /* extinction, 1/m, [0, LIMIT_HAZE_DENSITY]; 0: there is none */
+    double color[3];   /* linear, [0, 1]: share of the extinction that scatters; default 1 */
+    double anisotropy; /* [-LIMIT_HAZE_ANISOTROPY, LIMIT_HAZE_ANISOTROPY]; default 0 */
+    double falloff;    /* m, [0, LIMIT_HAZE_FALLOFF]; 0, the default: as dense at any height */
+    double base;       /* m, along +Y: below it the density is even; default 0 */
+};
+
 /* Made by render_request_parse or render_request_init_defaults; owns all its strings and arrays. */
 struct render_request {
     char scene[65];    /* 64 lowercase hexadecimal digits; "" until it is known */
@@ -262,6 +272,7 @@ struct render_request {
     struct request_animation animation;
     char *variant; /* owned; of materials: name or "#0"; NULL: as the file has them */
     struct request_ground_plane ground_plane;
+    struct request_atmosphere atmosphere;
     struct request_highlight highlight;
     struct request_edges edges;
     double background[4]; /* linear, unassociated alpha */

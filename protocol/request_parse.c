@@ -463,13 +463,36 @@ static bool read_ground_plane(const struct json_node *node, struct request_groun
     return json_read_number(&height, -LIMIT_COORDINATE, LIMIT_COORDINATE, &plane->height);
 }
 
+static bool read_atmosphere(const struct json_node *node, struct request_atmosphere *atmosphere)
+{
+    static const char *const known[] = {"density",   "color",  "anisotropy",
+                                        "falloff_m", "base_m", NULL};
+    if (!node->value)
+        return true;
+    if (!json_expect_object(node, known))
+        return false;
+    struct json_node density = json_member(node, "density"), color = json_member(node, "color");
+    struct json_node anisotropy = json_member(node, "anisotropy");
+    struct json_node falloff = json_member(node, "falloff_m");
+    struct json_node base = json_member(node, "base_m");
+    *atmosphere = (struct request_atmosphere){.is_given = true, .color = {1, 1, 1}};
+    return json_expect_present(&density) &&
+           json_read_number(&density, 0, LIMIT_HAZE_DENSITY, &atmosphere->density) &&
+           json_read_numbers(&color, 3, 0, 1, atmosphere->color) &&
+           json_read_number(&anisotropy, -LIMIT_HAZE_ANISOTROPY, LIMIT_HAZE_ANISOTROPY,
+                            &atmosphere->anisotropy) &&
+           json_read_number(&falloff, 0, LIMIT_HAZE_FALLOFF, &atmosphere->falloff) &&
+           json_read_number(&base, -LIMIT_COORDINATE, LIMIT_COORDINATE, &atmosphere->base);
+}
+
 /* Those of images first, then those that a view has, too. */
 static const char *const request_members[] = {
-    "output",       "outputs",      "format",      "quality_percent", "provenance", "tile",
-    "scene",        "width",        "height",      "camera",          "lights",     "scene_lights",
-    "overrides",    "parts",        "clip_planes", "animation",       "background", "exposure_ev",
-    "tone_mapping", "environment",  "quality",     "highlight",       "edges",      "variant",
-    "studio",       "ground_plane", NULL};
+    "output",       "outputs",      "format",      "quality_percent", "provenance",
+    "tile",         "scene",        "width",       "height",          "camera",
+    "lights",       "scene_lights", "overrides",   "parts",           "clip_planes",
+    "animation",    "background",   "exposure_ev", "tone_mapping",    "environment",
+    "quality",      "highlight",    "edges",       "variant",         "studio",
+    "ground_plane", "atmosphere",   NULL};
 enum { MEMBERS_OF_IMAGES = 6 };
 
 const char *const *request_view_members(void)
@@ -488,12 +511,14 @@ static bool read_request(const struct json_node *root, struct render_request *re
     struct json_node highlight = json_member(root, "highlight"), edges = json_member(root, "edges");
     struct json_node quality = json_member(root, "quality");
     struct json_node ground_plane = json_member(root, "ground_plane");
+    struct json_node atmosphere = json_member(root, "atmosphere");
     struct json_node parts = json_member(root, "parts"), tile = json_member(root, "tile");
     return request_read_camera(&camera, &request->camera) &&
            request_read_lights(&lights, request) && request_read_overrides(&overrides, request) &&
            request_read_parts(&parts, request) && read_clip_planes(&clip_planes, request) &&
            read_environment(&environment, request) &&
            read_ground_plane(&ground_plane, &request->ground_plane) &&
+           read_atmosphere(&atmosphere, &request->atmosphere) &&
            request_read_highlight(&highlight, &request->highlight) &&
            request_read_edges(&edges, &request->edges) &&
            read_quality(&quality, &request->quality) && read_outputs(root, request) &&

@@ -240,6 +240,19 @@ static json_t *write_ground_plane(const struct request_ground_plane *plane)
     return json_writer_take(&writer);
 }
 
+static json_t *write_atmosphere(const struct request_atmosphere *atmosphere)
+{
+    if (!atmosphere->is_given)
+        return json_null();
+    struct json_writer writer = json_writer_begin();
+    json_put_number(&writer, "density", atmosphere->density);
+    json_put_numbers(&writer, "color", atmosphere->color, 3);
+    json_put_number(&writer, "anisotropy", atmosphere->anisotropy);
+    json_put_number(&writer, "falloff_m", atmosphere->falloff);
+    json_put_number(&writer, "base_m", atmosphere->base);
+    return json_writer_take(&writer);
+}
+
 static json_t *write_environment(const struct render_request *request)
 {
     if (!request->has_environment)
@@ -337,6 +350,7 @@ json_t *request_to_tree(const struct render_request *request)
     json_put(&writer, "animation", write_animation(&request->animation));
     json_put_text_or_null(&writer, "variant", request->variant);
     json_put(&writer, "ground_plane", write_ground_plane(&request->ground_plane));
+    json_put(&writer, "atmosphere", write_atmosphere(&request->atmosphere));
     json_put(&writer, "highlight", write_highlight(&request->highlight));
     json_put(&writer, "edges", write_edges(&request->edges));
     json_put_numbers(&writer, "background", request->background, 4);

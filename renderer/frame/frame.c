@@ -52,6 +52,28 @@ static bool check_environment(const struct view *view, struct error *err)
     return true;
 }
 
+static bool check_atmosphere(const struct view_atmosphere *atmosphere, struct error *err)
+{
+    const struct {
+        const char *name;
+        double value, least, most;
+    } numbers[] = {
+        {"density", atmosphere->density_per_m, 0, 1e6},
+        {"red", atmosphere->color[0], 0, 1},
+        {"green", atmosphere->color[1], 0, 1},
+        {"blue", atmosphere->color[2], 0, 1},
+        {"anisotropy", atmosphere->anisotropy, -0.95, 0.95},
+        {"falloff", atmosphere->falloff_m, 0, 1e9},
+        {"base", atmosphere->base_m, -1e12, 1e12},
+    };
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        if (!(numbers[i].value >= numbers[i].least && numbers[i].value <= numbers[i].most))
+            return error_set(err, ERROR_INVALID_REQUEST,
+                             "the %s of the haze, %g, is outside [%g, %g]", numbers[i].name,
+                             numbers[i].value, numbers[i].least, numbers[i].most);
+    return true;
+}
+
 static bool check_tile(const struct view *view, struct error *err)
 {
     const struct view_tile *t = &view->tile;
@@ -88,7 +110,8 @@ static bool check_view(const struct view *view, struct error *err)
     if (view->clip_plane_count > VIEW_CLIP_PLANES_MAX)
         return error_set(err, ERROR_INVALID_REQUEST, "%zu clip planes, limit is %d",
                          view->clip_plane_count, VIEW_CLIP_PLANES_MAX);
-    return check_environment(view, err) && check_quality(&view->quality, err);
+    return check_environment(view, err) && check_atmosphere(&view->atmosphere, err) &&
+           check_quality(&view->quality, err);
 }
 
 static bool create_outputs(const struct view *view, struct frame *frame, struct error *err)
@@ -160,6 +183,8 @@ static uint64_t observation_key_of(const struct opened_view *opened)
     if (view_has_environment(view)) /* rays towards it go other ways than those to lights */
         content_key_add_word(&key, (uint64_t)view->quality.environment_samples << 1 |
                                        view->quality.environment_visibility);
+    if (view->atmosphere.density_per_m > 0)
+        content_key_add_text(&key, "haze");
     return key.words[0];
 }
 
@@ -511,6 +536,7 @@ static struct content_key pace_key_of(const struct opened_view *opened)
     content_key_add_text(&key, opened->scene->key);
     content_key_add_word(&key, opened->state->light_count);
     content_key_add(&key, &quality, sizeof quality);
+    content_key_add_word(&key, opened->view.atmosphere.density_per_m > 0);
     return key;
 }
 

@@ -71,6 +71,7 @@ static struct view scene_part(const struct view *view)
     own.quality = (struct view_quality){0};
     own.environment_rotation_deg = own.environment_intensity = 0;
     own.environment_is_background = false;
+    own.atmosphere = (struct view_atmosphere){0};
     for (int k = 0; k < 4; k++)
         own.background[k] = 0;
     return own;

@@ -242,6 +242,18 @@ static bool has_map_behind(const struct render_request *request)
     return request->environment.image[0] && request->environment.is_background;
 }
 
+/* Without density there is no haze, whatever else is said of it. */
+static void map_atmosphere(const struct request_atmosphere *from, struct view_atmosphere *to)
+{
+    if (!from->is_given || from->density <= 0)
+        return;
+    *to = (struct view_atmosphere){.density_per_m = from->density,
+                                   .anisotropy = from->anisotropy,
+                                   .falloff_m = from->falloff,
+                                   .base_m = from->base};
+    to_floats(from->color, to->color, 3);
+}
+
 bool view_from_request(const struct render_request *request, struct view_storage *storage,
                        struct view *view, struct error *err)
 {
@@ -298,6 +310,7 @@ bool view_from_request(const struct render_request *request, struct view_storage
     };
     map_camera(&request->camera, &view->camera);
     view_quality_from_request(&request->quality, &view->quality);
+    map_atmosphere(&request->atmosphere, &view->atmosphere);
     map_overlays(request, view);
     to_floats(request->sky, view->sky, 3);
     to_floats(request->ground, view->ground, 3);

@@ -40,6 +40,8 @@ def members(scene):
         "parts": {"p": {"scene": scene, "parent": "Triangle", "matrix": UNIT, "visible": True}},
         "clip_planes": [[0, 1, 0, 2], {"plane": [0, 1, 0, 2], "shadows": True, "cap": [1, 0, 0]}],
         "ground_plane": {"height": -1.5},
+        "atmosphere": {"density": 0.05, "color": [1, 1, 0.5], "anisotropy": -0.5, "falloff_m": 8,
+                       "base_m": 1},
         "highlight": {"nodes": ["Triangle"], "color": [1, 0, 0], "width_px": 2, "hidden": 0.5},
         "edges": {"crease_deg": 30, "borders": True, "silhouettes": True, "color": [0, 0, 0],
                   "width_px": 1, "hidden": 0},

@@ -122,6 +122,19 @@ class Patching(ViewTest):
         fresh = self.members(self.make())
         self.assertEqual(fresh, self.members(view))
 
+    def test_haze_merges_and_null_takes_it_away(self):
+        view = self.make()
+        self.patch(view, {"atmosphere": {"density": 0.1, "falloff_m": 4}})
+        self.patch(view, {"atmosphere": {"density": 0.2, "color": [1, 0.5, 0]}})
+        self.assertEqual({"density": 0.2, "color": [1, 0.5, 0], "anisotropy": 0, "falloff_m": 4,
+                          "base_m": 0}, self.members(view)["atmosphere"])
+        self.patch(view, {"atmosphere": None})
+        self.assertIsNone(self.members(view)["atmosphere"])
+        for patch, pointer in (({"color": [1, 1, 1]}, "/atmosphere/density"),
+                               ({"density": 0.1, "anisotropy": 1}, "/atmosphere/anisotropy")):
+            reply = self.patch(view, {"atmosphere": patch})
+            self.assertEqual((400, pointer), (reply.status, reply.json()["pointer"]))
+
     def test_the_time_of_an_animation_merges(self):
         view = self.make(animation={"time_s": 1})
         self.assertEqual({"name": None, "time_s": 1}, self.members(view)["animation"])
@@ -353,6 +366,8 @@ class Images(ViewTest):
         self.assertNotEqual(tag, self.get(view + "/image").header("ETag"))
         self.patch(view, {"exposure_ev": 0})
         self.assertEqual(tag, self.get(view + "/image").header("ETag"))
+        self.patch(view, {"atmosphere": {"density": 0.1}})
+        self.assertNotEqual(tag, self.get(view + "/image").header("ETag"))
 
     def test_asking_again_is_answered_from_what_is_kept(self):
         view = self.make(exposure_ev=2)

@@ -85,6 +85,8 @@ CHANGES(change_sky, changed->view.sky[1] = 1)
 CHANGES(change_default_lights, changed->view.ignore_scene_lights = true)
 CHANGES(change_studio, changed->view.studio = VIEW_STUDIO_ON)
 CHANGES(change_ground, changed->view.ground_plane.is_shown = true)
+CHANGES(change_haze, changed->view.atmosphere.density_per_m = 1)
+CHANGES(change_haze_phase, changed->view.atmosphere.anisotropy = 0.5)
 CHANGES(drop_light, changed->view.light_count = 0)
 CHANGES(change_camera, changed->view.camera.fov_y_deg = 30)
 CHANGES(change_camera_name, changed->camera_name[0] = 'b')
@@ -103,13 +105,14 @@ static void every_change_makes_another_key(void **state)
         void (*apply)(struct full_view *changed);
         bool is_of_state;
     } changes[] = {
-        {change_light, true},    {change_node, true},           {change_node_name, true},
-        {change_material, true}, {change_material_name, true},  {change_sky, true},
-        {change_studio, true},   {change_default_lights, true}, {drop_light, true},
-        {change_camera, false},  {change_camera_name, false},   {change_plane, false},
-        {change_cut, false},     {change_edges, false},         {change_highlight, false},
-        {change_size, false},    {change_outputs, false},       {change_quality, false},
-        {change_variant, true},  {change_ground, true},
+        {change_light, true},       {change_node, true},           {change_node_name, true},
+        {change_material, true},    {change_material_name, true},  {change_sky, true},
+        {change_studio, true},      {change_default_lights, true}, {drop_light, true},
+        {change_camera, false},     {change_camera_name, false},   {change_plane, false},
+        {change_cut, false},        {change_edges, false},         {change_highlight, false},
+        {change_size, false},       {change_outputs, false},       {change_quality, false},
+        {change_variant, true},     {change_ground, true},         {change_haze, false},
+        {change_haze_phase, false},
     };
     struct full_view *plain = full_view_create();
     for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {
@@ -167,6 +170,24 @@ static void the_map_is_in_the_key_of_the_picture_alone(void **state)
     free(plain);
 }
 
+/* So that neither surfaces nor layers nor shadows are made again where it changes. */
+static void haze_is_in_no_key_of_what_stands_in_it(void **state)
+{
+    (void)state;
+    struct full_view *plain = full_view_create(), *hazy = full_view_create();
+    hazy->view.atmosphere = (struct view_atmosphere){
+        .density_per_m = 0.1, .color = {1, 0.5f, 0}, .anisotropy = 0.5, .falloff_m = 2};
+    struct content_key state_key = view_state_key("scene", &plain->view);
+    assert_true(content_key_equals(view_state_key("scene", &hazy->view), state_key));
+    assert_true(content_key_equals(view_placement_key("scene", &hazy->view),
+                                   view_placement_key("scene", &plain->view)));
+    assert_true(content_key_equals(view_cut_key(&hazy->view), view_cut_key(&plain->view)));
+    assert_false(content_key_equals(view_picture_key(state_key, &hazy->view),
+                                    view_picture_key(state_key, &plain->view)));
+    free(plain);
+    free(hazy);
+}
+
 static void parts_of_a_key_do_not_run_together(void **state)
 {
     (void)state;
@@ -189,6 +210,7 @@ int main(void)
         cmocka_unit_test(every_change_makes_another_key),
         cmocka_unit_test(what_only_colours_pixels_shares_the_plan),
         cmocka_unit_test(the_map_is_in_the_key_of_the_picture_alone),
+        cmocka_unit_test(haze_is_in_no_key_of_what_stands_in_it),
         cmocka_unit_test(parts_of_a_key_do_not_run_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -40,6 +40,8 @@ static const char full[] = BODY(
     "\"up\":[1,0,0]},"
     "{\"type\":\"disk\",\"position\":[1,2,3],\"direction\":[0,0,1],\"radius\":0.75}],"
     "\"scene_lights\":false,\"studio\":\"on\",\"ground_plane\":{\"height\":-0.25},"
+    "\"atmosphere\":{\"density\":0.05,\"color\":[1,0.5,0.1],\"anisotropy\":-0.3,"
+    "\"falloff_m\":12,\"base_m\":-2.5},"
     "\"overrides\":{\"nodes\":{\"Z\":{\"visible\":true},\"Curtain\":{\"visible\":false,"
     "\"matrix\":[2,0,0,0,0,3,0,0,0,0,-4,0,5,6,7,1]}},"
     "\"materials\":{\"Glass \\u00e9/~\":{\"base_color\":[1,0,0,0.4],\"metallic\":0.1,"
@@ -75,6 +77,7 @@ static void scene_alone_gives_the_documented_defaults(void **state)
     assert_false(request.ignore_scene_lights);
     assert_int_equal(request.studio, REQUEST_STUDIO_AUTO);
     assert_false(request.ground_plane.is_given);
+    assert_false(request.atmosphere.is_given);
     assert_false(request.has_environment);
     assert_int_equal(request.clip_plane_count, 0);
     assert_true(request.background[3] == 0);
@@ -96,10 +99,11 @@ static void null_is_the_same_as_absent(void **state)
 {
     (void)state;
     static const char *const members[] = {
-        "width",       "height",    "camera",     "lights",      "scene_lights",    "overrides",
-        "clip_planes", "animation", "background", "exposure_ev", "tone_mapping",    "environment",
-        "quality",     "output",    "outputs",    "format",      "quality_percent", "highlight",
-        "edges",       "parts",     "variant",    "studio",      "ground_plane",    "tile"};
+        "width",        "height",          "camera",       "lights",     "scene_lights",
+        "overrides",    "clip_planes",     "animation",    "background", "exposure_ev",
+        "tone_mapping", "environment",     "quality",      "output",     "outputs",
+        "format",       "quality_percent", "highlight",    "edges",      "parts",
+        "variant",      "studio",          "ground_plane", "tile",       "atmosphere"};
     struct render_request plain = parse(BODY(""));
     char *expected = render_request_to_json(&plain);
     for (size_t i = 0; i < sizeof members / sizeof *members; i++) {
@@ -154,6 +158,9 @@ static void camera_light_and_picture_members_arrive(void **state)
     assert_int_equal(r.studio, REQUEST_STUDIO_ON);
     assert_true(r.ground_plane.is_given && r.ground_plane.has_height);
     assert_true(r.ground_plane.height == -0.25);
+    assert_true(r.atmosphere.is_given && r.atmosphere.density == 0.05);
+    assert_true(r.atmosphere.color[2] == 0.1 && r.atmosphere.anisotropy == -0.3);
+    assert_true(r.atmosphere.falloff == 12 && r.atmosphere.base == -2.5);
     assert_int_equal(r.clip_plane_count, 2);
     assert_true(r.clip_planes[0][3] == -2 && r.clip_planes[1][0] == 1);
     assert_true(!r.cuts[0].spares_shadows && r.cuts[1].spares_shadows);

@@ -277,6 +277,29 @@ static void bad_lights(void **state)
     CHECK(refusals);
 }
 
+static void bad_haze(void **state)
+{
+    (void)state;
+    static const struct refusal refusals[] = {
+        {BODY("\"atmosphere\":0.1"), INVALID, "/atmosphere", "object"},
+        {BODY("\"atmosphere\":{\"color\":[1,1,1]}"), INVALID, "/atmosphere/density", ""},
+        {BODY("\"atmosphere\":{\"density\":-0.1}"), INVALID, "/atmosphere/density", "from 0"},
+        {BODY("\"atmosphere\":{\"density\":1e7}"), INVALID, "/atmosphere/density", "to 1000000"},
+        {BODY("\"atmosphere\":{\"density\":1,\"color\":[1,1]}"), INVALID, "/atmosphere/color", "3"},
+        {BODY("\"atmosphere\":{\"density\":1,\"color\":[1,1.5,1]}"), INVALID, "/atmosphere/color/1",
+         "to 1"},
+        {BODY("\"atmosphere\":{\"density\":1,\"anisotropy\":1}"), INVALID, "/atmosphere/anisotropy",
+         "from -0.95 to 0.95"},
+        {BODY("\"atmosphere\":{\"density\":1,\"falloff_m\":-1}"), INVALID, "/atmosphere/falloff_m",
+         "from 0 to 1e+09"},
+        {BODY("\"atmosphere\":{\"density\":1,\"base_m\":1e13}"), INVALID, "/atmosphere/base_m",
+         "to 1e+12"},
+        {BODY("\"atmosphere\":{\"density\":1,\"falloff\":1}"), INVALID, "/atmosphere/falloff",
+         "falloff_m"},
+    };
+    CHECK(refusals);
+}
+
 #define MATERIAL(members) BODY("\"overrides\":{\"materials\":{\"G\":{" members "}}}")
 #define AT "/overrides/materials/G"
 
@@ -602,6 +625,7 @@ int main(void)
         cmocka_unit_test(degenerate_cameras),
         cmocka_unit_test(singular_and_projective_matrices),
         cmocka_unit_test(bad_lights),
+        cmocka_unit_test(bad_haze),
         cmocka_unit_test(bad_overrides),
         cmocka_unit_test(bad_quality),
         cmocka_unit_test(documented_but_unbuilt_techniques_are_unsupported),

@@ -37,6 +37,8 @@ static void every_member_of_a_request_reaches_the_view(void **state)
                    "\"color\":[1,0.5,0.25],\"intensity\":800,\"inner_cone_deg\":20,"
                    "\"outer_cone_deg\":35,\"range\":9,\"shadow\":false}],\"scene_lights\":false,"
                    "\"studio\":\"off\",\"ground_plane\":{\"height\":2.5},"
+                   "\"atmosphere\":{\"density\":0.25,\"color\":[1,0.5,0.25],"
+                   "\"anisotropy\":0.75,\"falloff_m\":8,\"base_m\":1},"
                    "\"overrides\":{\"nodes\":{\"N\":{\"visible\":false,"
                    "\"matrix\":[1,0,0,0,0,1,0,0,0,0,1,0,5,6,7,1]}},"
                    "\"materials\":{\"M\":{\"base_color\":[1,0,0,0.5],\"metallic\":0.25,"
@@ -77,6 +79,9 @@ static void every_member_of_a_request_reaches_the_view(void **state)
     assert_int_equal(view.studio, VIEW_STUDIO_OFF);
     assert_true(view.ground_plane.is_shown && view.ground_plane.has_height);
     assert_true(view.ground_plane.height_m == 2.5);
+    assert_true(view.atmosphere.density_per_m == 0.25 && view.atmosphere.color[2] == 0.25f);
+    assert_true(view.atmosphere.anisotropy == 0.75 && view.atmosphere.falloff_m == 8);
+    assert_true(view.atmosphere.base_m == 1);
 
     assert_int_equal(view.node_override_count, 1);
     assert_string_equal(view.nodes->node, "N");
@@ -119,6 +124,22 @@ static void every_member_of_a_request_reaches_the_view(void **state)
     assert_int_equal(view.quality.shadow_taps, 9);
     assert_int_equal(view.quality.samples, 1);
     assert_true(view.quality.faithful);
+    view_storage_finish(&storage);
+    render_request_finish(&request);
+}
+
+/* What is said of haze that is not there makes no other view. */
+static void haze_without_density_is_none(void **state)
+{
+    (void)state;
+    struct render_request request =
+        parse(BODY(",\"atmosphere\":{\"density\":0,\"anisotropy\":0.5,\"base_m\":3}"));
+    struct view_atmosphere none = {0};
+    struct view_storage storage;
+    struct view view;
+    struct error err = {0};
+    assert_true(view_from_request(&request, &storage, &view, &err));
+    assert_memory_equal(&view.atmosphere, &none, sizeof none);
     view_storage_finish(&storage);
     render_request_finish(&request);
 }
@@ -654,6 +675,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_member_of_a_request_reaches_the_view),
+        cmocka_unit_test(haze_without_density_is_none),
         cmocka_unit_test(what_is_said_of_deep_lists_arrives),
         cmocka_unit_test(default_request_gives_the_default_view),
         cmocka_unit_test(formats_of_eight_bits_take_the_picture_of_a_screen),
