@@ -97,7 +97,8 @@ export class HeatView {
   /** The view changed. */
   update(wanted) {
     // those of the colours
-    const { background: _, highlight: __, edges: ___, ground_plane: ____, ...rest } = wanted;
+    const { background: _, highlight: __, edges: ___, ground_plane: ____, atmosphere: _____,
+      ...rest } = wanted;
     this.#live?.show({ ...rest, output: this.shown });
   }
 

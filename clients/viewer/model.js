@@ -27,6 +27,7 @@ export const DEFAULTS = Object.freeze({
   variant: null,
   edges: null,
   ground_plane: null,
+  atmosphere: null,
 });
 
 /**

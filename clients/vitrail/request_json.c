@@ -245,6 +245,23 @@ static bool put_ground_plane(json_t *root, const char *height, struct failure *f
     return put_number(member_object(root, "ground_plane"), "height", &number, failure);
 }
 
+static bool put_haze(json_t *root, const struct request_options *options, struct failure *failure)
+{
+    json_t *atmosphere;
+
+    if (!options->haze.is_given && !options->haze_color && !options->haze_anisotropy.is_given &&
+        !options->haze_falloff.is_given && !options->haze_base.is_given)
+        return true;
+    atmosphere = member_object(root, "atmosphere");
+    return put_number(atmosphere, "density", &options->haze, failure) &&
+           (!options->haze_color ||
+            put(atmosphere, "color", numbers_parse(options->haze_color, 3, "--haze-color", failure),
+                failure)) &&
+           put_number(atmosphere, "anisotropy", &options->haze_anisotropy, failure) &&
+           put_number(atmosphere, "falloff_m", &options->haze_falloff, failure) &&
+           put_number(atmosphere, "base_m", &options->haze_base, failure);
+}
+
 /* The light itself takes the place of what the base has; the rest goes over it. */
 static bool put_environment(json_t *root, const struct request_options *options,
                             struct failure *failure)
@@ -275,8 +292,8 @@ static bool put_view(json_t *root, const struct request_options *options, struct
         return false;
     if (options->tile && !put(root, "tile", tile_spec_parse(options->tile, failure), failure))
         return false;
-    return put_environment(root, options, failure) && put_size(root, options->size, failure) &&
-           put_animation(root, options, failure) &&
+    return put_environment(root, options, failure) && put_haze(root, options, failure) &&
+           put_size(root, options->size, failure) && put_animation(root, options, failure) &&
            put_text(root, "variant", options->variant, failure) &&
            put_text(root, "studio", options->studio, failure) &&
            put_ground_plane(root, options->ground_plane, failure) &&

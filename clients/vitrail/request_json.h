@@ -19,13 +19,14 @@ struct request_options {
     const char *base_path; /* --request */
     const char *size, *tile, *camera, *background, *environment, *studio, *format;
     const char *animation, *variant; /* names */
-    const char *edges, *ground_plane;
+    const char *edges, *ground_plane, *haze_color;
     const char *shadows, *transparency, *light_lists, *blend_filter, *refraction, *tone_mapping;
     const char *environment_visibility;
     const char *exposure; /* a number, or "auto" */
     struct option_number shadow_resolution, shadow_compression, shadow_prefilter, shadow_fallback,
         samples, area_samples, environment_samples, refraction_samples, environment_rotation,
-        environment_intensity, max_error, budget_ms, time_s;
+        environment_intensity, haze, haze_anisotropy, haze_falloff, haze_base, max_error, budget_ms,
+        time_s;
     struct text_list lights, clips, highlights, parts, outputs, settings;
     bool no_scene_lights, reference, environment_background;
 };
@@ -71,6 +72,18 @@ struct request_options {
                        "rays: towards the map, 1 to 4096; default " QUALITY_DEFAULT_TEXT(    \
                            ENVIRONMENT_SAMPLES_DEFAULT),                                     \
                        environment_samples)
+/* Haze in all of space. */
+#define REQUEST_HAZE_OPTIONS(owner)                                                                \
+    REQUEST_OPTION(owner, NUMBER, "haze", "DENSITY",                                               \
+                   "fill space with haze: its extinction per metre, such as 0.05", haze),          \
+        REQUEST_OPTION(owner, TEXT, "haze-color", "R,G,B",                                         \
+                       "the share of it that scatters, linear; default 1,1,1", haze_color),        \
+        REQUEST_OPTION(owner, NUMBER, "haze-anisotropy", "G",                                      \
+                       "-0.95 to 0.95: above 0 it scatters onwards, below back", haze_anisotropy), \
+        REQUEST_OPTION(owner, NUMBER, "haze-falloff", "METRES",                                    \
+                       "over which it thins to 1/e upwards; default even", haze_falloff),          \
+        REQUEST_OPTION(owner, NUMBER, "haze-base", "METRES",                                       \
+                       "the height above which it thins; default 0", haze_base)
 /* What frames and views have in common, but for the camera. */
 #define REQUEST_LOOK_OPTIONS(owner)                                                                \
     REQUEST_OPTION(owner, TEXT, "size", "WxH", "in pixels; default 1280x720", size),               \
@@ -86,7 +99,7 @@ struct request_options {
         REQUEST_OPTION(owner, TEXT, "ground-plane", "HEIGHT",                                      \
                        "catch shadows on the ground: auto (below the scene), or metres",           \
                        ground_plane),                                                              \
-        REQUEST_ENVIRONMENT_OPTIONS(owner),                                                        \
+        REQUEST_ENVIRONMENT_OPTIONS(owner), REQUEST_HAZE_OPTIONS(owner),                           \
         REQUEST_OPTION(owner, TEXT, "background", "R,G,B,A", "linear; default transparent",        \
                        background),                                                                \
         REQUEST_OPTION(owner, NUMBER, "time", "S",                                                 \

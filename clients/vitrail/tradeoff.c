@@ -366,6 +366,7 @@ static const struct option OPTIONS[] = {
      AT(request.clips)},
     {OPTION_LIST, "part", 0, "SPEC", "one more part, as of vitrail render", AT(request.parts)},
     REQUEST_ENVIRONMENT_OPTIONS(struct tradeoff_options),
+    REQUEST_HAZE_OPTIONS(struct tradeoff_options),
     {OPTION_TEXT, "background", 0, "R,G,B,A", "linear; default transparent",
      AT(request.background)},
     {OPTION_NUMBER, "time", 0, "S", "animate, as of vitrail render", AT(request.time_s)},

@@ -45,13 +45,16 @@ class RequestTest(CliTest):
             "--output", "depth", "--exposure", "-1.5", "--time", "2.5",
             "--animation", "Walk", "--variant", "Night", "--tone-mapping", "none",
             "--background", "0,0.5,1,1", "--environment", "1:0.1,0.2,0.3", "--no-scene-lights",
-            "--studio", "on", "--ground-plane=-1.5")
+            "--studio", "on", "--ground-plane=-1.5", "--haze", "0.05", "--haze-color", "1,0.9,0.8",
+            "--haze-anisotropy=-0.5", "--haze-falloff", "8", "--haze-base=-2.5")
         del request["scene"], request["format"]
         self.assertEqual(request, {
             "width": 640, "height": 480, "outputs": ["depth"], "exposure_ev": -1.5,
             "animation": {"name": "Walk", "time_s": 2.5}, "variant": "Night",
             "tone_mapping": "none", "background": [0, 0.5, 1, 1], "scene_lights": False,
             "studio": "on", "ground_plane": {"height": -1.5},
+            "atmosphere": {"density": 0.05, "color": [1, 0.9, 0.8], "anisotropy": -0.5,
+                           "falloff_m": 8, "base_m": -2.5},
             "environment": {"sky": [1, 1, 1], "ground": [0.1, 0.2, 0.3]},
             "quality": {"shadows": "deep-linked", "shadow_resolution": 2048, "samples": 4,
                         "light_lists": "linked", "transparency": "lists", "blend_filter": "kim",
@@ -67,6 +70,14 @@ class RequestTest(CliTest):
         scene = self.write("box.glb", glb())
         _, err = self.run_cli("render", scene, "-o", "out.png", "--ground-plane", "floor", code=2)
         self.assertIn("a number of metres or auto", err)
+
+    def test_haze_goes_over_that_of_the_request(self):
+        base = self.write("hazy.json", json.dumps({"atmosphere": {"density": 1, "falloff_m": 3}}))
+        request = self.render_request("--request", base, "--haze", "0.25")
+        self.assertEqual({"density": 0.25, "falloff_m": 3}, request["atmosphere"])
+        scene = self.write("box.glb", glb())
+        _, err = self.run_cli("render", scene, "-o", "out.png", "--haze-color", "1,1", code=2)
+        self.assertIn("--haze-color", err)
 
     def test_whole_numbers_are_sent_as_integers(self):
         self.render_request("--shadow-resolution", "512")

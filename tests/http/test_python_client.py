@@ -196,6 +196,14 @@ class Views(ClientTest):
         members = self.view.get()["view"]
         self.assertEqual((["base"], None), (list(members["parts"]), members["animation"]))
 
+    def test_haze_comes_and_goes_by_patches(self):
+        self.view.patch({"atmosphere": {"density": 0.05, "anisotropy": 0.5}})
+        self.view.patch({"atmosphere": {"density": 0.1}})
+        haze = self.view.get()["view"]["atmosphere"]
+        self.assertEqual((0.1, 0.5), (haze["density"], haze["anisotropy"]))
+        self.view.patch({"atmosphere": None})
+        self.assertIsNone(self.view.get()["view"]["atmosphere"])
+
     def test_a_stale_revision_is_refused_with_the_present_one(self):
         self.view.patch({"exposure_ev": 1})
         with self.assertRaises(vitrail.VitrailError) as caught:

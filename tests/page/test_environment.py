@@ -43,6 +43,33 @@ class Environment(PageTest):
         self.changed_by(lambda: self.press("Undo"))
         self.assertEqual("auto", self.view()["studio"])
 
+    def haze_is(self, wanted):
+        """Waits until the view's haze is that: members of it, or None."""
+        def is_so():
+            haze = self.view()["atmosphere"]
+            return haze is None if wanted is None else haze and wanted.items() <= haze.items()
+        support.wait_until(is_so, f"the haze is {wanted}")
+
+    def test_haze_fills_the_space_as_its_sliders_say(self):
+        self.lights()
+        self.assertIsNone(self.view()["atmosphere"])
+        self.changed_by(lambda: self.check("Fill space with haze"))
+        self.assertLess(0, self.view()["atmosphere"]["density"])
+        for label, value in (("Density", 0.25), ("Onwards or back", -0.5), ("Thins out within", 8),
+                             ("Above height", 1.5)):
+            self.enter(label, value, "#panel-lights")
+        self.browser.run("""
+          const input = [...document.querySelectorAll('#panel-lights input[type=color]')]
+            .find((one) => one.labels[0].textContent === 'Colour of the haze');
+          input.value = '#ff0000';
+          input.dispatchEvent(new Event('input'));""")
+        self.haze_is({"density": 0.25, "color": [1, 0, 0], "anisotropy": -0.5, "falloff_m": 8,
+                      "base_m": 1.5})
+        self.check("Fill space with haze")
+        self.haze_is(None)
+        self.press("Undo")
+        self.haze_is({"density": 0.25, "color": [1, 0, 0]})
+
     def test_the_studio_lights_the_view_and_undo_takes_it_back(self):
         self.lights()
         self.assertEqual(["None", "Studio"], self.choices())
