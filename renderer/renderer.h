@@ -13,6 +13,7 @@
 #include "renderer/frame_report.h"
 #include "renderer/gl/program_list.h"
 #include "renderer/gl/wide_floats.h"
+#include "renderer/image/deep_image.h"
 #include "renderer/image/image.h"
 #include "renderer/plan/plan.h"
 #include "renderer/raytrace/pick.h"
@@ -192,6 +193,7 @@ enum runner_up_outcome renderer_time_runner_up(struct renderer *renderer, const 
 /* One finished frame: an image per requested output. Zeroed = empty. */
 struct frame {
     struct image outputs[VIEW_OUTPUT_COUNT]; /* empty where not requested */
+    struct deep_image deep;                  /* likewise */
     struct frame_report report;
 };
 void frame_finish(struct frame *frame);

@@ -307,6 +307,8 @@ struct view {
                             primitives say */
     float background[4]; /* linear, unassociated alpha; 0 = transparent black */
     struct view_screen screen;
+    bool wants_deep; /* the colour as a deep image, too (renderer/image/deep_image.h): rasterised,
+                        of one sample per pixel, without refraction, haze and overlays */
     struct view_quality quality;
     /* quality.shadows AUTO: what it has become (renderer_choose); borrowed. NULL: nobody has
      * chosen, and the rasteriser's default stands. */

@@ -117,6 +117,8 @@ static bool check_view(const struct view *view, struct error *err)
 static bool create_outputs(const struct view *view, struct frame *frame, struct error *err)
 {
     const struct view_tile tile = view_tile_of(view);
+    if (view->wants_deep && !deep_image_init(&frame->deep, tile.width_px, tile.height_px, err))
+        return false;
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++) {
         int channels;
         enum image_component component;
@@ -546,7 +548,7 @@ static bool may_keep_picture(const struct frame_context *context, const struct o
 {
     const struct view *view = &opened->view;
     return !context->is_urgent && !context->renderer->redraws_surfaces && !making->only_builds &&
-           view->quality.expects_reuse && !view->quality.may_be_coarse &&
+           !view->wants_deep && view->quality.expects_reuse && !view->quality.may_be_coarse &&
            view->outputs == 1u << VIEW_OUTPUT_COLOR && !view->row_count_px && !view->tile.width_px;
 }
 

@@ -3,6 +3,7 @@
 #include "renderer/frame/frame_budget.h"
 
 #include "renderer/frame/scene_parts.h"
+#include "renderer/shading/deep.h"
 
 enum {
     WINDOWS_LEAST = 8, /* of the budget: this part is not for shadow structures */
@@ -159,6 +160,8 @@ static uint64_t pixel_bytes_of(const struct frame_run *run)
     if (plan->requirements[PLAN_NEED_COLOR].is_met)
         bytes += targets_parts_pixel_bytes(plan->target_samples) +
                  readback_window_bytes(1 << 10) / (1 << 10);
+    if (plan->requirements[PLAN_NEED_DEEP].is_met)
+        bytes += DEEP_PIXEL_BYTES;
     return bytes + outputs + outputs / 2; /* their buffer grows by half */
 }
 

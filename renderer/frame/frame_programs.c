@@ -4,6 +4,7 @@
 
 #include "renderer/shading/accumulation.h"
 #include "renderer/shading/aov.h"
+#include "renderer/shading/deep.h"
 #include "renderer/shading/refraction.h"
 #include "renderer/shading/screen.h"
 #include "renderer/shading/shade.h"
@@ -96,6 +97,8 @@ static void list_lookups(const struct listing *listing, const struct shadow_feat
             if (parts->may[i])
                 shade_list_programs(&listing->frame, &facts, (enum light_parts)i, is_conditional,
                                     listing->list);
+        if (needs(desc, PLAN_NEED_DEEP))
+            deep_list_programs(&listing->frame, &facts, may_have_layers, listing->list);
         if (needs(desc, PLAN_NEED_AUXILIARY))
             aov_list_programs(&listing->frame, &facts, may_have_layers, listing->list);
     }
@@ -189,6 +192,8 @@ static void list_dark(struct listing *listing)
     shadow_features_write(&none, shadows);
     if (needs(listing->desc, PLAN_NEED_COLOR))
         shade_list_programs(&listing->frame, &facts, LIGHTS_AT_ONCE, true, listing->list);
+    if (needs(listing->desc, PLAN_NEED_DEEP))
+        deep_list_programs(&listing->frame, &facts, false, listing->list);
     if (needs(listing->desc, PLAN_NEED_AUXILIARY))
         aov_list_programs(&listing->frame, &facts, false, listing->list);
 }

@@ -62,7 +62,8 @@ bool frame_run_may_guess(const struct frame_run *run)
     return !run->only_builds && !gl_context_limits(run->context->renderer->gl)->is_software &&
            !run->context->reads_sizes && frame_run_needs(run, PLAN_NEED_COLOR) &&
            run->frame_plan->plan.rounds == 1 && !frame_run_needs(run, PLAN_NEED_AUXILIARY) &&
-           !frame_run_needs(run, PLAN_NEED_OVERLAY) && !frame_run_starts_rays(run);
+           !frame_run_needs(run, PLAN_NEED_DEEP) && !frame_run_needs(run, PLAN_NEED_OVERLAY) &&
+           !frame_run_starts_rays(run);
 }
 
 /* ---- the walk ---- */

@@ -273,5 +273,6 @@ void frame_finish(struct frame *frame)
 {
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
         image_finish(&frame->outputs[i]);
+    deep_image_finish(&frame->deep);
     memset(frame, 0, sizeof *frame);
 }

@@ -10,6 +10,7 @@
 #include "renderer/frame/light_batches.h"
 #include "renderer/base/sample_pattern.h"
 #include "renderer/shading/accumulation.h"
+#include "renderer/shading/deep.h"
 #include "renderer/shading/refraction.h"
 
 /* The state that the steps of one window share. */
@@ -245,6 +246,12 @@ static bool read_color(struct window_run *window, struct error *err)
     return shade_send_color(&context->shade, renderer->readback, &desc, err);
 }
 
+static bool read_deep(struct window_run *window, struct error *err)
+{
+    const struct shade_desc desc = shade_of(window);
+    return deep_read(&desc, &window->run->frame->deep, &window->overflows, err);
+}
+
 static bool read_auxiliary(struct window_run *window, struct error *err)
 {
     struct shade_desc desc = shade_of(window);
@@ -272,6 +279,7 @@ static const struct {
     [PLAN_STEP_SHADE] = {.run = shade, .for_ = FOR_ROUND},
     [PLAN_STEP_REFRACT] = {.run = refract_picture, .for_ = FOR_ROUND},
     [PLAN_STEP_ACCUMULATE] = {.run = add_round, .for_ = FOR_ROUND},
+    [PLAN_STEP_DEEP] = {.run = read_deep, .for_ = FOR_COLOR},
     [PLAN_STEP_READ] = {.run = read_color, .for_ = FOR_COLOR},
     [PLAN_STEP_AUXILIARY] = {.run = read_auxiliary, .for_ = FOR_OUTPUTS},
 };
@@ -355,6 +363,8 @@ static bool prepare_targets(struct window_run *window, struct error *err)
     };
     if (!targets_prepare(frame->targets, &desc, err) ||
         !targets_prepare_sum(frame->targets, frame->rounds > 1, accumulation_maps(frame), err) ||
+        !targets_prepare_opaque(frame->targets, frame_run_needs(window->run, PLAN_NEED_DEEP),
+                                err) ||
         (plan->requirements[PLAN_NEED_LAYERS].is_met && refraction_is_possible(frame) &&
          !refraction_prepare(frame, err)))
         return false;

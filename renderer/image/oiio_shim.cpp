@@ -14,8 +14,10 @@
 #include <string>
 #include <vector>
 
+#include <sys/mman.h>
 #include <unistd.h>
 
+#include <OpenImageIO/deepdata.h>
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
@@ -71,18 +73,23 @@ void name_channels(const struct image *image, OIIO::ImageSpec &spec)
             spec.alpha_channel = i;
 }
 
-bool encode(const struct image *image, const char *format, const oiio_option *options, void **bytes,
-            size_t *size_bytes, struct error *err)
+void set_options(const oiio_option *options, OIIO::ImageSpec &spec)
 {
-    OIIO::ImageSpec spec(image->width_px, image->height_px, image->channels,
-                         type_of(image->component));
-    name_channels(image, spec);
     for (const oiio_option *o = options; o->name; o++) {
         if (o->text)
             spec.attribute(o->name, o->text);
         else
             spec.attribute(o->name, o->number);
     }
+}
+
+bool encode(const struct image *image, const char *format, const oiio_option *options, void **bytes,
+            size_t *size_bytes, struct error *err)
+{
+    OIIO::ImageSpec spec(image->width_px, image->height_px, image->channels,
+                         type_of(image->component));
+    name_channels(image, spec);
+    set_options(options, spec);
     std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(format);
     if (!output || !output->supports("ioproxy"))
         return error_set(err, ERROR_UNSUPPORTED, "images cannot be written as %s here: %s", format,
@@ -102,6 +109,99 @@ bool encode(const struct image *image, const char *format, const oiio_option *op
     memcpy(*bytes, memory.data(), memory.size());
     *size_bytes = memory.size();
     return true;
+}
+
+// The channels of a deep sample, as the next function sets them.
+const std::vector<std::string> DEEP_CHANNELS = {"R", "G", "B", "A", "AR", "AG", "AB", "Z", "ZBack"};
+
+void set_deep_sample(OIIO::DeepData &data, int64_t pixel, int at, const deep_sample &sample)
+{
+    const float *o = sample.opacity, mean = (o[0] + o[1] + o[2]) / 3;
+    const float values[] = {
+        sample.color[0], sample.color[1], sample.color[2], mean, o[0], o[1], o[2],
+        sample.depth,    sample.back};
+    for (int c = 0; c < int(DEEP_CHANNELS.size()); c++)
+        data.set_deep_value(pixel, c, at, values[c]);
+}
+
+// A row at a time, so that no second copy of all samples is needed.
+bool write_deep(const deep_image *image, OIIO::ImageOutput &output)
+{
+    const OIIO::ImageSpec &spec = output.spec();
+    const std::vector<OIIO::TypeDesc> types(DEEP_CHANNELS.size(), OIIO::TypeDesc::FLOAT);
+    for (int y = 0; y < image->height_px; y++) {
+        const deep_pixel *row = image->pixels + size_t(y) * size_t(image->width_px);
+        OIIO::DeepData data;
+        data.init(image->width_px, spec.nchannels, types, spec.channelnames);
+        for (int x = 0; x < image->width_px; x++)
+            data.set_samples(x, int(row[x].count));
+        for (int x = 0; x < image->width_px; x++)
+            for (uint32_t i = 0; i < row[x].count; i++)
+                set_deep_sample(data, x, int(i), image->samples[row[x].first + i]);
+        if (!output.write_deep_scanlines(y, y + 1, 0, data))
+            return false;
+    }
+    return true;
+}
+
+// A file in memory, by a path: the writer of deep images takes no IOProxy.
+class MemoryFile
+{
+    int fd = memfd_create("vitrail-deep", MFD_CLOEXEC);
+
+  public:
+    ~MemoryFile()
+    {
+        if (fd >= 0)
+            close(fd);
+    }
+    bool is_open() const
+    {
+        return fd >= 0;
+    }
+    std::string path() const
+    {
+        return "/proc/self/fd/" + std::to_string(fd);
+    }
+    bool read(void **bytes, size_t *size_bytes, struct error *err) const
+    {
+        off_t size = lseek(fd, 0, SEEK_END), at = 0;
+        char *memory = size > 0 ? static_cast<char *>(malloc(size_t(size))) : nullptr;
+        if (!memory)
+            return error_set(err, ERROR_NO_MEMORY, "a deep image of %lld bytes", (long long)size);
+        for (ssize_t got; at < size; at += got)
+            if ((got = pread(fd, memory + at, size_t(size - at), at)) <= 0) {
+                free(memory);
+                return error_set(err, ERROR_IO, "a deep image cannot be read back");
+            }
+        *bytes = memory;
+        *size_bytes = size_t(size);
+        return true;
+    }
+};
+
+bool encode_deep(const deep_image *image, const oiio_option *options, void **bytes,
+                 size_t *size_bytes, struct error *err)
+{
+    OIIO::ImageSpec spec(image->width_px, image->height_px, int(DEEP_CHANNELS.size()),
+                         OIIO::TypeDesc::FLOAT);
+    spec.channelnames = DEEP_CHANNELS;
+    spec.alpha_channel = 3;
+    spec.z_channel = 7;
+    spec.deep = true;
+    set_options(options, spec);
+    std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("openexr");
+    MemoryFile file;
+    if (!output || !output->supports("deepdata"))
+        return error_set(err, ERROR_UNSUPPORTED, "deep images cannot be written here: %s",
+                         first_line(OIIO::geterror()).c_str());
+    if (!file.is_open())
+        return error_set(err, ERROR_NO_MEMORY, "a deep image");
+    output->threads(1);
+    if (!output->open(file.path(), spec) || !write_deep(image, *output) || !output->close())
+        return error_set(err, ERROR_INTERNAL, "writing a deep image: %s",
+                         first_line(output->geterror()).c_str());
+    return file.read(bytes, size_bytes, err);
 }
 
 bool decode(const void *bytes, size_t size_bytes, const char *format,
@@ -220,12 +320,7 @@ OIIO::ImageSpec spec_of_picture(const oiio_join *desc, const TileRow &row, int h
         spec.nchannels = desc->channels;
         spec.default_channel_names();
     }
-    for (const oiio_option *o = desc->options; o->name; o++) {
-        if (o->text)
-            spec.attribute(o->name, o->text);
-        else
-            spec.attribute(o->name, o->number);
-    }
+    set_options(desc->options, spec);
     return spec;
 }
 
@@ -295,6 +390,21 @@ bool encode_safely(const struct image *image, const char *format, const oiio_opt
     }
 }
 
+bool encode_deep_safely(const deep_image *image, const oiio_option *options, void **bytes,
+                        size_t *size_bytes, struct error *err)
+{
+    try {
+        configure();
+        return encode_deep(image, options, bytes, size_bytes, err);
+    } catch (const std::bad_alloc &) {
+        return error_set(err, ERROR_NO_MEMORY, "writing a deep image");
+    } catch (const std::exception &e) {
+        return error_set(err, ERROR_INTERNAL, "writing a deep image: %s", e.what());
+    } catch (...) {
+        return error_set(err, ERROR_INTERNAL, "writing a deep image: unknown exception");
+    }
+}
+
 bool decode_safely(const void *bytes, size_t size_bytes, const char *format,
                    enum image_component component, struct image *image, struct error *err)
 {
@@ -319,6 +429,7 @@ bool decode_safely(const void *bytes, size_t size_bytes, const char *format,
 
 const struct oiio_functions *oiio_get_functions(void)
 {
-    static const struct oiio_functions functions = {encode_safely, decode_safely, join_safely};
+    static const struct oiio_functions functions = {encode_safely, encode_deep_safely,
+                                                    decode_safely, join_safely};
     return &functions;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* OpenImageIO as plain C: one named format, from memory to memory. The only home of OpenImageIO is
- * oiio_shim.cpp. Thread: any. No threads are started, no file is opened. */
+ * oiio_shim.cpp. Thread: any. No threads are started, and no file is opened that is not of memory.
+ */
 #ifndef VITRAIL_RENDERER_IMAGE_OIIO_SHIM_H
 #define VITRAIL_RENDERER_IMAGE_OIIO_SHIM_H
 
@@ -8,6 +9,7 @@
 #include <stddef.h>
 
 #include "protocol/error.h"
+#include "renderer/image/deep_image.h"
 #include "renderer/image/image.h"
 
 #ifdef __cplusplus
@@ -35,6 +37,9 @@ struct oiio_functions {
      * they are; *bytes is malloc'ed. */
     bool (*encode)(const struct image *image, const char *format, const struct oiio_option *options,
                    void **bytes, size_t *size_bytes, struct error *err);
+    /* As OpenEXR of deep scanlines. */
+    bool (*encode_deep)(const struct deep_image *image, const struct oiio_option *options,
+                        void **bytes, size_t *size_bytes, struct error *err);
     /* Decodes the first subimage into *image (initialised here) with its own channels, converted to
      * `component`. */
     bool (*decode)(const void *bytes, size_t size_bytes, const char *format,

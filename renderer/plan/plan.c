@@ -27,7 +27,7 @@ static bool can_multisample(const struct gl_limits *limits)
 
 int plan_samples(const struct view *view, const struct gl_limits *limits)
 {
-    int least = can_multisample(limits) ? SAMPLES_DEFAULT : 1;
+    int least = can_multisample(limits) && !view->wants_deep ? SAMPLES_DEFAULT : 1;
     return view->outputs & 1u << VIEW_OUTPUT_COLOR ? quality_or(view->quality.samples, least) : 1;
 }
 
@@ -114,6 +114,8 @@ static void require_outputs(struct plan *plan, const struct frame_plan_desc *des
                                     : "the rasteriser can draw every light that there is");
     set_need(plan, PLAN_NEED_AUXILIARY, auxiliary > 0, "%d auxiliary output%s asked for", auxiliary,
              auxiliary == 1 ? " was" : "s were");
+    set_need(plan, PLAN_NEED_DEEP, desc->view->wants_deep && outputs & color, "%s",
+             desc->view->wants_deep ? "a deep image was asked for" : "no deep image was asked for");
     require_overlay(plan, desc->view);
 }
 
@@ -341,6 +343,30 @@ static bool check_technique(struct frame_plan *made, const struct frame_plan_des
         &plan->lacks, err);
 }
 
+/* A deep image has the lists of the rasteriser, of which each pixel has one. */
+static bool check_deep(const struct frame_plan *made, const struct frame_plan_desc *desc,
+                       struct error *err)
+{
+    const struct plan *plan = &made->plan;
+    if (!needs(plan, PLAN_NEED_DEEP))
+        return true;
+    if (needs(plan, PLAN_NEED_TRACED))
+        return error_set(err, ERROR_UNSUPPORTED,
+                         "deep images are rasterised, and this picture is ray traced: name a "
+                         "technique of shadows that is not, such as deep");
+    if (made->shaders.refracts)
+        return error_set(err, ERROR_UNSUPPORTED,
+                         "drawables refract or scatter what is behind them, and a deep image is "
+                         "seen straight: quality.refraction must be off");
+    if (desc->view->atmosphere.density_per_m > 0)
+        return error_set(err, ERROR_UNSUPPORTED, "deep images have no haze: leave atmosphere out");
+    if (plan->samples != 1)
+        return error_set(err, ERROR_UNSUPPORTED,
+                         "deep images have one sample per pixel, not %d: quality.samples must be 1",
+                         plan->samples);
+    return true;
+}
+
 /* ---- passes ---- */
 
 static void add_shadow_pass(struct plan *plan, enum plan_need need, enum plan_step step,
@@ -479,6 +505,7 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
                  i ? "refraction" : "refraction.blur", "screen-space", 0);
     if (plan->rounds > 1)
         add_pass(plan, PLAN_NEED_ANTIALIASING, PLAN_STEP_ACCUMULATE, "accumulate", "", 0);
+    add_pass(plan, PLAN_NEED_DEEP, PLAN_STEP_DEEP, "deep-image", "", 0);
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_READ, "readback", "", 0);
     add_pass(plan, PLAN_NEED_AUXILIARY, PLAN_STEP_AUXILIARY, "aov", "", 0);
     if (desc->view->edges.is_drawn)
@@ -503,7 +530,7 @@ bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc
     if (plan->plan.choice.is_open && !shadow_technique_is_renderer(plan->plan.choice.technique))
         view.quality.shadows = plan->plan.choice.technique;
     if (!require_geometry(plan, &chosen, err) || !require_lights(plan, &chosen, err) ||
-        !check_technique(plan, &chosen, err))
+        !check_technique(plan, &chosen, err) || !check_deep(plan, &chosen, err))
         goto fail;
     require_visibility(plan, &chosen);
     choose_transparency(&plan->plan, plan, view.quality.transparency);

@@ -25,6 +25,7 @@ enum plan_need {
     PLAN_NEED_LIGHTS,           /* something shines */
     PLAN_NEED_REFRACTION,       /* layers in view bend what is behind them */
     PLAN_NEED_COLOR,            /* lit colour was asked for */
+    PLAN_NEED_DEEP,             /* a deep image of the layers */
     PLAN_NEED_AUXILIARY,        /* depth, normal, ids */
     PLAN_NEED_OVERLAY,          /* edges or an outline over the colour */
     PLAN_NEED_COUNT
@@ -51,6 +52,7 @@ enum plan_step {
     PLAN_STEP_SHADE,
     PLAN_STEP_REFRACT,
     PLAN_STEP_ACCUMULATE, /* where samples come in rounds */
+    PLAN_STEP_DEEP,       /* may ask for smaller windows */
     PLAN_STEP_READ,
     PLAN_STEP_AUXILIARY,
     PLAN_STEP_OVERLAY, /* once a frame, after all windows */

@@ -16,6 +16,7 @@ const char *plan_need_name(int need)
         [PLAN_NEED_LIGHTS] = "lights",
         [PLAN_NEED_REFRACTION] = "refraction",
         [PLAN_NEED_COLOR] = "color",
+        [PLAN_NEED_DEEP] = "deep-image",
         [PLAN_NEED_AUXILIARY] = "auxiliary",
         [PLAN_NEED_OVERLAY] = "overlay",
     };

@@ -68,6 +68,7 @@ static struct view scene_part(const struct view *view)
     own.highlight = (struct view_highlight){0};
     own.edges = (struct view_edges){0};
     own.screen = (struct view_screen){0};
+    own.wants_deep = false;
     own.quality = (struct view_quality){0};
     own.environment_rotation_deg = own.environment_intensity = 0;
     own.environment_is_background = false;

@@ -17,14 +17,16 @@ static void describe_as(const struct window_frame *frame, const struct surface_f
     bool maps_here = screen->has_backdrop && !accumulation_maps(frame);
     bool has_choice = screen->mapping.operator_ != TONE_MAPPING_NEUTRAL;
     bool shows_map = view_has_environment(frame->view) && frame->view->environment_is_background;
-    snprintf(text, SURFACE_DEFINES_BYTES, " SAMPLES=%d%s%s%s%s%s%s%s%s%s", frame->targets->samples,
+    snprintf(text, SURFACE_DEFINES_BYTES, " SAMPLES=%d%s%s%s%s%s%s%s%s%s%s",
+             frame->targets->samples,
              facts->has_shadow_maps && frame->needs->has_normal_offset ? " HAS_NORMAL_OFFSET" : "",
              is_apart ? " SAMPLES_APART" : "", compositing ? " LAYERS=" : "",
              compositing ? compositing : "",
              compositing && refraction_is_possible(frame) ? " HAS_REFRACTION" : "",
              screen->has_backdrop ? " HAS_BACKDROP" : "", accumulation_defines(frame),
              maps_here && has_choice ? " TONE_HAS_CHOICE" : "",
-             shows_map ? " HAS_ENVIRONMENT_BACKGROUND" : "");
+             shows_map ? " HAS_ENVIRONMENT_BACKGROUND" : "",
+             frame->view->wants_deep ? " KEEPS_OPAQUE" : "");
 }
 
 static void describe(const struct window_frame *frame, const struct surface_facts *facts,
@@ -66,6 +68,9 @@ static void bind_picture(const struct window_frame *frame, const struct gl_progr
     window_bind_targets(frame, program);
     if (frame->targets->parts.name)
         glBindImageTexture(1, frame->targets->parts.name, 0, GL_TRUE, 0, GL_READ_WRITE, GL_RGBA32F);
+    if (frame->targets->opaque.name)
+        glBindImageTexture(3, frame->targets->opaque.name, 0, GL_FALSE, 0, GL_WRITE_ONLY,
+                           GL_RGBA32F);
     glBindImageTexture(0, frame->targets->image.name, 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32F);
 }
 

@@ -125,6 +125,11 @@ bool targets_prepare_sum(struct targets *t, bool has_sum, bool has_behind, struc
            prepare_plain(t, has_behind, &t->behind_sum, "frame.behind_sum", err);
 }
 
+bool targets_prepare_opaque(struct targets *t, bool is_asked, struct error *err)
+{
+    return prepare_plain(t, is_asked, &t->opaque, "frame.opaque", err);
+}
+
 static int count_levels(int width, int height)
 {
     int levels = 1;
@@ -192,6 +197,7 @@ void targets_finish(struct targets *t)
     gl_texture_finish(&t->sum);
     gl_texture_finish(&t->behind);
     gl_texture_finish(&t->behind_sum);
+    gl_texture_finish(&t->opaque);
     gl_texture_finish(&t->levels);
     gl_texture_finish(&t->bent_parts);
     gl_texture_finish(&t->bent);
@@ -205,5 +211,6 @@ uint64_t targets_size_bytes(const struct targets *t)
            t->lobes[1].size_bytes + t->signature.size_bytes + t->depth.size_bytes +
            t->image.size_bytes + t->parts.size_bytes + t->light.size_bytes + apart_bytes(t) +
            t->sum.size_bytes + t->behind.size_bytes + t->behind_sum.size_bytes +
-           t->levels.size_bytes + t->bent_parts.size_bytes + t->bent.size_bytes;
+           t->opaque.size_bytes + t->levels.size_bytes + t->bent_parts.size_bytes +
+           t->bent.size_bytes;
 }

@@ -20,7 +20,9 @@ struct targets {
      * rounds before; and what a round sees behind the picture, where that is mapped over a colour
      * of the screen. */
     struct gl_texture sum, behind, behind_sum;
-    struct gl_buffer apart; /* pixels whose samples are shaded apart (renderer/window/apart.h) */
+    struct gl_texture opaque; /* RGBA32F, of deep images: surfaces or background behind all layers
+                               */
+    struct gl_buffer apart;   /* pixels whose samples are shaded apart (renderer/window/apart.h) */
     /* Where layers refract (renderer/shading/refraction.h); RGBA32F. */
     struct gl_texture levels;     /* the picture without those: each level has half the pixels of
                                      the one before a side */
@@ -54,6 +56,8 @@ enum { TARGETS_REFRACTION_PIXEL_BYTES = 58 }; /* of these */
  * that are not asked for. */
 MUST_CHECK bool targets_prepare_sum(struct targets *targets, bool has_sum, bool has_behind,
                                     struct error *err);
+/* Makes targets->opaque where it is absent, or deletes it where it is not asked for. */
+MUST_CHECK bool targets_prepare_opaque(struct targets *targets, bool is_asked, struct error *err);
 /* What targets with so many samples take for a pixel, and their parts and sums beside them. */
 uint64_t targets_pixel_bytes(int samples, uint32_t lobes);
 uint64_t targets_parts_pixel_bytes(int samples);

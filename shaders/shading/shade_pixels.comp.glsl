@@ -9,6 +9,7 @@
 // Needs: SAMPLES (1 or 4), SAMPLES_APART (the second pass), SAMPLES_IN_TURN (below),
 // HAS_BACKDROP (the picture is mapped to the screen; TONE_HAS_CHOICE of image/tone_operators.glsl,
 // MAPPED_LATER of shading/backdrop.glsl),
+// KEEPS_OPAQUE (what is behind the layers is kept, of one sample; not with HAS_REFRACTION),
 // HAS_ENVIRONMENT_BACKGROUND (of shading/environment.glsl: it is seen where nothing is),
 // IS_ORTHOGRAPHIC, HAS_TRACED_SHADOWS, those of lighting.glsl; LAYERS where there are layers: the
 // source of the transparency method (renderer/transparency/method.h), which provides
@@ -61,6 +62,9 @@ uvec4 light_words = uvec4(0u);
 layout(rgba32f, binding = 3) writeonly uniform image2DArray u_bent_parts;
 layout(r32ui, binding = 4) writeonly uniform uimage2D u_bent;
 layout(rgba32f, binding = 5) writeonly uniform image2D u_unbent; // the picture without what bends
+#endif
+#ifdef KEEPS_OPAQUE
+layout(rgba32f, binding = 3) writeonly uniform image2D u_opaque;
 #endif
 uniform uvec2 u_size_px;
 #ifndef SAMPLES_APART
@@ -472,6 +476,9 @@ void main()
 #ifdef SAMPLES_APART
     if (is_unknown && !samples_differ(pairs))
         return; // the pixel is as the first pass left it
+#endif
+#ifdef KEEPS_OPAQUE
+    imageStore(u_opaque, pixel, OPAQUE_COLOR(0));
 #endif
     vec4 result = composite(pixel);
     // A value that is not a number has no place in an image; none is known to arise.

@@ -121,6 +121,8 @@ static void programs_of_every_output_and_camera_link(void **state)
     view = view_by(SHADOWS_DEEP);
     view.camera.ortho_height = 2;
     link_all(&scene, &view);
+    view.wants_deep = true;
+    link_all(&scene, &view);
     close_scene(&scene);
 }
 
@@ -171,6 +173,9 @@ static void programs_of_media_and_of_cuts_link(void **state)
     link_techniques(&scene, &view);
     view.clip_plane_count = 1;
     view.clip_planes = plane;
+    link_all(&scene, &view);
+    view.wants_deep = true;
+    view.quality.refraction = VIEW_REFRACTION_OFF;
     link_all(&scene, &view);
     close_scene(&scene);
     closed_form_scene_finish(&body);

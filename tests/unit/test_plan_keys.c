@@ -87,6 +87,7 @@ CHANGES(change_studio, changed->view.studio = VIEW_STUDIO_ON)
 CHANGES(change_ground, changed->view.ground_plane.is_shown = true)
 CHANGES(change_haze, changed->view.atmosphere.density_per_m = 1)
 CHANGES(change_haze_phase, changed->view.atmosphere.anisotropy = 0.5)
+CHANGES(change_depth, changed->view.wants_deep = true)
 CHANGES(drop_light, changed->view.light_count = 0)
 CHANGES(change_camera, changed->view.camera.fov_y_deg = 30)
 CHANGES(change_camera_name, changed->camera_name[0] = 'b')
@@ -112,7 +113,7 @@ static void every_change_makes_another_key(void **state)
         {change_cut, false},        {change_edges, false},         {change_highlight, false},
         {change_size, false},       {change_outputs, false},       {change_quality, false},
         {change_variant, true},     {change_ground, true},         {change_haze, false},
-        {change_haze_phase, false},
+        {change_haze_phase, false}, {change_depth, false},
     };
     struct full_view *plain = full_view_create();
     for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {

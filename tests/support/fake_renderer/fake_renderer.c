@@ -287,6 +287,7 @@ void frame_finish(struct frame *frame)
 {
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
         image_finish(&frame->outputs[i]);
+    deep_image_finish(&frame->deep);
     *frame = (struct frame){0};
 }
 
@@ -462,6 +463,26 @@ static bool paint(struct image *image, enum view_output output, const struct vie
     return true;
 }
 
+/* One sample of each pixel, as the color output has it. */
+static bool paint_deep(struct frame *frame, struct error *err)
+{
+    const struct image *color = &frame->outputs[VIEW_OUTPUT_COLOR];
+    struct deep_image *deep = &frame->deep;
+    if (!deep_image_init(deep, color->width_px, color->height_px, err) ||
+        !deep_image_reserve(deep, (size_t)color->width_px * (size_t)color->height_px, err))
+        return false;
+    const float *p = color->pixels;
+    for (int y = 0; y < color->height_px; y++)
+        for (int x = 0; x < color->width_px; x++, p += 4)
+            deep_image_set(deep, x, y,
+                           &(struct deep_sample){.depth = 1,
+                                                 .back = 1,
+                                                 .color = {p[0], p[1], p[2]},
+                                                 .opacity = {p[3], p[3], p[3]}},
+                           1);
+    return true;
+}
+
 /* All that the processor does. */
 static bool make(struct renderer *renderer, const char *scene_key, const struct view *view,
                  struct frame *frame, struct error *err)
@@ -486,6 +507,10 @@ static bool make(struct renderer *renderer, const char *scene_key, const struct 
             frame_finish(frame);
             return false;
         }
+    if (view->wants_deep && !paint_deep(frame, err)) {
+        frame_finish(frame);
+        return false;
+    }
     if (view_has_environment(view))
         snprintf(frame->report.environment, sizeof frame->report.environment, "%s",
                  view->environment_key);
