@@ -142,7 +142,8 @@ static bool read_output_object(const struct json_node *node, struct job_output *
         return false;
     if (output->outputs == 0)
         output->outputs = 1u << REQUEST_OUTPUT_COLOR;
-    if (file.value && format.value && index != (int)output->format)
+    bool is_deep_exr = index == REQUEST_FORMAT_EXR_DEEP && output->format == REQUEST_FORMAT_EXR;
+    if (file.value && format.value && index != (int)output->format && !is_deep_exr)
         return json_refuse(&format, ERROR_INVALID_REQUEST, "but the file's name ends as %s",
                            request_format_name((int)output->format));
     if (format.value)
@@ -548,7 +549,9 @@ bool job_request_name_files(struct job_request *request, struct error *err)
         snprintf(pointer, sizeof pointer, "/outputs/%d", i);
         if (!output->file[0])
             snprintf(output->file, sizeof output->file, "%s.%%04d.%s", output->name,
-                     request_format_name((int)output->format));
+                     request_format_name(output->format == REQUEST_FORMAT_EXR_DEEP
+                                             ? REQUEST_FORMAT_EXR
+                                             : (int)output->format));
         for (int k = 0; k < i; k++)
             if (may_collide(output->file, request->outputs[k].file))
                 return error_set_at(err, ERROR_INVALID_REQUEST, pointer,

@@ -70,7 +70,7 @@ const char *request_output_name(int output)
 
 const char *request_format_name(int format)
 {
-    NAME_OF(format, "any", "png", "jpeg", "webp", "exr");
+    NAME_OF(format, "any", "png", "jpeg", "webp", "exr", "exr-deep");
 }
 
 bool request_quality_asks(const struct request_quality *quality)

@@ -77,6 +77,7 @@ enum request_format {
     REQUEST_FORMAT_JPEG,
     REQUEST_FORMAT_WEBP,
     REQUEST_FORMAT_EXR,
+    REQUEST_FORMAT_EXR_DEEP, /* OpenEXR of a list of samples per pixel; of the color output */
 };
 
 struct request_camera {
@@ -308,6 +309,11 @@ bool request_quality_asks(const struct request_quality *quality);
 /* Puts a setting in the place of what quality leaves open; no target is left. Where exact lists
  * exceed the budget of memory, the error that was asked for is allowed to them, too. */
 void request_quality_set(struct request_quality *quality, const struct quality_setting *setting);
+
+/* Whether these outputs of the request cannot be a deep image, and why, as json_refuse has it. */
+enum { DEEP_FAULT_BYTES = 224 };
+bool render_request_deep_fault(const struct render_request *request, uint32_t outputs,
+                               char why[DEEP_FAULT_BYTES]);
 
 /* False when there are more scenes than LIMIT_PART_SCENES: then the first ones. */
 bool render_request_resources(const struct render_request *request,

@@ -349,10 +349,14 @@ static bool read_format(const struct json_node *root, struct render_request *req
         return false;
     request->omits_provenance = !has_provenance;
     request->format = (enum request_format)index;
-    bool is_lossless = index == REQUEST_FORMAT_PNG || index == REQUEST_FORMAT_EXR;
+    bool is_lossless = index == REQUEST_FORMAT_PNG || index >= REQUEST_FORMAT_EXR;
     if (quality.value && is_lossless)
         return json_refuse(&quality, ERROR_INVALID_REQUEST, "but %s is lossless",
                            request_format_name(index));
+    char why[DEEP_FAULT_BYTES];
+    if (index == REQUEST_FORMAT_EXR_DEEP &&
+        render_request_deep_fault(request, request->outputs, why))
+        return json_refuse(&format, ERROR_UNSUPPORTED, "%s", why);
     bool has_several = request->outputs & (request->outputs - 1);
     if (has_several && index != REQUEST_FORMAT_ANY && index != REQUEST_FORMAT_EXR)
         return json_refuse(&format, ERROR_INVALID_REQUEST,

@@ -72,7 +72,7 @@ bool view_stream_read(const struct json_node *node, struct view_stream *stream)
         return json_refuse(&rest_samples, ERROR_INVALID_REQUEST, "must be 4, 8 or 16");
     stream->format = (enum request_format)moving;
     stream->rest_format = (enum request_format)rest;
-    if (stream->format == REQUEST_FORMAT_EXR)
+    if (stream->format >= REQUEST_FORMAT_EXR)
         return json_refuse(&format, ERROR_INVALID_REQUEST, "must be one of: jpeg, webp, png");
     if (stream->rest_format != REQUEST_FORMAT_PNG && stream->rest_format != REQUEST_FORMAT_WEBP)
         return json_refuse(&rest_format, ERROR_INVALID_REQUEST, "must be one of: png, webp");

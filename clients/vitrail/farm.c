@@ -281,7 +281,7 @@ static const struct option OPTIONS[] = {
      AT(watch)},
     {OPTION_TEXT, "output-file", 'o', "FILE",
      "where the images go, with a %d or %04d; a folder that all nodes\nshare", AT(output)},
-    {OPTION_TEXT, "format", 0, "NAME", "png, jpeg, webp or exr, whatever FILE is called",
+    {OPTION_TEXT, "format", 0, "NAME", "png, jpeg, webp, exr or exr-deep, whatever FILE is called",
      AT(request.format)},
     FRAME_OPTIONS(struct farm_options),
     SCENE_FILE_OPTIONS(struct farm_options),

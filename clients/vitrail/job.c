@@ -58,6 +58,8 @@ static bool put_text(json_t *object, const char *name, const char *text, struct 
     return !text || put(object, name, json_string(text), failure);
 }
 
+#define DEEP "exr-deep" /* the one format that its file does not tell */
+
 /* "beauty.%04d.exr=color,depth": the name of the output is that of the file up to its number. */
 static json_t *read_file_option(const char *text, struct failure *failure)
 {
@@ -65,15 +67,19 @@ static json_t *read_file_option(const char *text, struct failure *failure)
     int length = equals ? (int)(equals - text) : (int)strlen(text);
     json_t *outputs = json_array();
     size_t named = strcspn(text, "%.=");
+    const char *format = NULL;
 
     for (const char *at = equals ? equals + 1 : ""; *at;) {
         size_t end = strcspn(at, ",");
-        json_array_append_new(outputs, json_stringn(at, end));
+        if (strncmp(at, DEEP, end) == 0 && end == strlen(DEEP))
+            format = DEEP;
+        else
+            json_array_append_new(outputs, json_stringn(at, end));
         at += end + (at[end] == ',');
     }
-    json_t *object =
-        json_pack("{s:s#,s:s#,s:o*}", "file", text, length, "name", text, (int)named, "outputs",
-                  json_array_size(outputs) > 0 ? json_incref(outputs) : NULL);
+    json_t *object = json_pack(
+        "{s:s#,s:s#,s:o*,s:s*}", "file", text, length, "name", text, (int)named, "outputs",
+        json_array_size(outputs) > 0 ? json_incref(outputs) : NULL, "format", format);
     json_decref(outputs);
     if (!object)
         fail(failure, EXIT_CODE_USAGE, "'%s' is not FILE or FILE=OUTPUT,OUTPUT", text);
@@ -561,7 +567,9 @@ static const struct option OPTIONS[] = {
     {OPTION_TEXT, "camera-path", 0, "FILE.json", "the camera moves through the keys of the file",
      AT(camera_path)},
     {OPTION_LIST, "file", 0, "PATTERN",
-     "one file of each frame: beauty.%04d.exr=color,depth\n(default: color.%04d.png)", AT(files)},
+     "one file of each frame: beauty.%04d.exr=color,depth\n(default: color.%04d.png), "
+     "or deep.%04d.exr=exr-deep",
+     AT(files)},
     {OPTION_TEXT, "name", 0, "TEXT", "of the job, for people", AT(name)},
     {OPTION_NUMBER, "priority", 0, "P", "0 to 100, default 50: ten more double the share",
      AT(priority)},

@@ -48,9 +48,9 @@ struct render {
 static const struct {
     const char *extension, *format, *media_type;
 } FORMATS[] = {
-    {".png", "png", "image/png"},    {".jpg", "jpeg", "image/jpeg"},
-    {".jpeg", "jpeg", "image/jpeg"}, {".webp", "webp", "image/webp"},
-    {".exr", "exr", "image/x-exr"},
+    {".png", "png", "image/png"},        {".jpg", "jpeg", "image/jpeg"},
+    {".jpeg", "jpeg", "image/jpeg"},     {".webp", "webp", "image/webp"},
+    {".exr", "exr-deep", "image/x-exr"}, {".exr", "exr", "image/x-exr"}, /* the usual one last */
 };
 
 enum { FORMAT_COUNT = sizeof FORMATS / sizeof *FORMATS };
@@ -76,8 +76,8 @@ static bool choose_format(struct render *render, struct failure *failure)
                    fail_no_memory(failure);
         }
     if (format)
-        return fail(failure, EXIT_CODE_USAGE, "--format: '%s' is none of png, jpeg, webp, exr",
-                    format);
+        return fail(failure, EXIT_CODE_USAGE,
+                    "--format: '%s' is none of png, jpeg, webp, exr, exr-deep", format);
     return fail(failure, EXIT_CODE_USAGE,
                 "cannot tell the format of '%s': use .png, .jpg, .webp, "
                 ".exr, or --format",
@@ -373,7 +373,7 @@ static bool render_run(void *context, const struct text_list *operands, struct f
 static const struct option OPTIONS[] = {
     {OPTION_TEXT, "output-file", 'o', "FILE",
      "where the image goes; .png .jpg .webp .exr, - is stdout", AT(output)},
-    {OPTION_TEXT, "format", 0, "NAME", "png, jpeg, webp or exr, whatever FILE is called",
+    {OPTION_TEXT, "format", 0, "NAME", "png, jpeg, webp, exr or exr-deep, whatever FILE is called",
      AT(request.format)},
     FRAME_OPTIONS(struct render_options),
     SCENE_FILE_OPTIONS(struct render_options),

@@ -32,6 +32,22 @@ static bool choose_format(struct job_output *output, int index, struct error *er
                         formats & 1u << IMAGE_FORMAT_PNG ? " or png" : "");
 }
 
+static bool check_deep(const struct job_request *request, int index, struct error *err)
+{
+    const struct job_output *output = &request->outputs[index];
+    char pointer[32], why[DEEP_FAULT_BYTES];
+    snprintf(pointer, sizeof pointer, "/outputs/%d", index);
+    if (output->format != REQUEST_FORMAT_EXR_DEEP)
+        return true;
+    if (render_request_deep_fault(&request->render, output->outputs, why))
+        return error_set_at(err, ERROR_UNSUPPORTED, pointer, "%s is %s, %s", pointer,
+                            request_format_name((int)output->format), why);
+    return !request->tile_width ||
+           error_set_at(err, ERROR_UNSUPPORTED, pointer,
+                        "%s: pictures in tiles cannot be %s: use png, jpeg or exr", pointer,
+                        request_format_name((int)output->format));
+}
+
 /* A picture of tiles is joined by scanlines, which not every format can be. */
 static bool check_sides(const struct job_request *request, int index, struct error *err)
 {
@@ -88,8 +104,8 @@ struct farm_job *farm_job_create(const struct jobs *jobs, const char *text, size
     }
     bool is_good = job_request_parse(text, size_bytes, &job->request, err);
     for (int i = 0; is_good && i < job->request.output_count; i++)
-        is_good =
-            choose_format(&job->request.outputs[i], i, err) && check_sides(&job->request, i, err);
+        is_good = choose_format(&job->request.outputs[i], i, err) &&
+                  check_deep(&job->request, i, err) && check_sides(&job->request, i, err);
     is_good = is_good && job_request_name_files(&job->request, err) &&
               check_scene(jobs, job, is_kept, err);
     if (is_good) {

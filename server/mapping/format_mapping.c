@@ -12,6 +12,7 @@ enum image_format image_format_from_request(const struct render_request *request
     case REQUEST_FORMAT_WEBP:
         return IMAGE_FORMAT_WEBP;
     case REQUEST_FORMAT_EXR:
+    case REQUEST_FORMAT_EXR_DEEP:
         return IMAGE_FORMAT_EXR;
     case REQUEST_FORMAT_ANY:
     case REQUEST_FORMAT_PNG:

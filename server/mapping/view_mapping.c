@@ -307,6 +307,7 @@ bool view_from_request(const struct render_request *request, struct view_storage
         .animation = request->animation.name,
         .animation_time_s = request->animation.time_s,
         .variant = request->variant,
+        .wants_deep = request->format == REQUEST_FORMAT_EXR_DEEP,
     };
     map_camera(&request->camera, &view->camera);
     view_quality_from_request(&request->quality, &view->quality);

@@ -48,20 +48,27 @@ static bool make_provenance(const struct encode_task *task, char **text, struct 
     return *text || error_set(err, ERROR_NO_MEMORY, "provenance");
 }
 
+static const char description[] = "Rendered by Vitrail " VITRAIL_VERSION;
+
 static bool encode(struct encode_task *task, struct error *err)
 {
     struct image image = {0};
     char *provenance = NULL;
     double began = now_fine_ms();
-    bool is_good = frame_image_init(&image, &task->frame, &task->request, task->format, err) &&
-                   make_provenance(task, &provenance, err) &&
-                   image_encode(&image,
-                                &(struct image_encode_desc){
-                                    .format = task->format,
-                                    .quality = task->request.quality_percent,
-                                    .description = "Rendered by Vitrail " VITRAIL_VERSION,
-                                    .provenance = provenance},
-                                &task->bytes, &task->size_bytes, err);
+    bool is_good = make_provenance(task, &provenance, err);
+    if (is_good && task->request.format == REQUEST_FORMAT_EXR_DEEP)
+        is_good = deep_image_encode(
+            &task->frame.deep,
+            &(struct deep_encode_desc){.description = description, .provenance = provenance},
+            &task->bytes, &task->size_bytes, err);
+    else if (is_good)
+        is_good = frame_image_init(&image, &task->frame, &task->request, task->format, err) &&
+                  image_encode(&image,
+                               &(struct image_encode_desc){.format = task->format,
+                                                           .quality = task->request.quality_percent,
+                                                           .description = description,
+                                                           .provenance = provenance},
+                               &task->bytes, &task->size_bytes, err);
     image_finish(&image);
     free(provenance);
     task->stats.timings_ms[FRAME_TIMING_ENCODE] = now_fine_ms() - began;

@@ -97,6 +97,7 @@ static void a_request_written_and_read_is_the_same(void **state)
         "\"frame_timeout_s\":5,\"paused\":true,\"directory\":\"a/b\",\"turntable\":{\"turns\":-1},"
         "\"outputs\":[\"depth\",{\"file\":\"b.%d.exr\",\"outputs\":[\"normal\",\"color\"]},"
         "{\"name\":\"c\",\"format\":\"jpeg\",\"quality_percent\":3}]}",
+        "{" SCENE ",\"outputs\":[{\"file\":\"b.%d.exr\",\"format\":\"exr-deep\"}]}",
         "{" SCENE ",\"view\":{\"width\":65536,\"height\":30000},\"tiles\":2048}",
         "{" SCENE ",\"frames\":\"1-10\",\"camera_path\":{\"interpolation\":\"linear\",\"keys\":["
         "{\"time_s\":0.1,\"eye\":[0,0.3,4],\"target\":[0,0,0],\"up\":[0,3,0.7],\"ortho_height\":2},"

@@ -533,7 +533,7 @@ static void name_tables_end_with_null(void **state)
         transparency_name,         request_light_lists_name,  request_blend_filter_name,
         request_output_name,       request_format_name,       request_refraction_name,
         request_studio_name,       request_visibility_name};
-    static const int counts[] = {8, 5, 3, 3, 4, 7, 2, 3, 3, REQUEST_OUTPUT_COUNT, 5, 2, 3, 2};
+    static const int counts[] = {8, 5, 3, 3, 4, 7, 2, 3, 3, REQUEST_OUTPUT_COUNT, 6, 2, 3, 2};
     for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {
         assert_null(tables[i](-1));
         assert_non_null(tables[i](counts[i] - 1));

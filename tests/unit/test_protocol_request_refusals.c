@@ -500,6 +500,29 @@ static void bad_pictures(void **state)
         {BODY("\"quality_percent\":101"), INVALID, "/quality_percent", "101"},
         {BODY("\"quality_percent\":90,\"format\":\"png\""), INVALID, "/quality_percent",
          "png is lossless"},
+        {BODY("\"quality_percent\":90,\"format\":\"exr-deep\""), INVALID, "/quality_percent",
+         "exr-deep is lossless"},
+    };
+    CHECK(refusals);
+}
+
+#define DEEP(quality, more) BODY("\"format\":\"exr-deep\",\"quality\":{" quality "}" more)
+
+static void requests_that_cannot_be_deep(void **state)
+{
+    (void)state;
+    static const struct refusal refusals[] = {
+        {DEEP("", ""), ERROR_UNSUPPORTED, "/format", "none, map, deep, deep-linked or raytraced-s"},
+        {DEEP("\"shadows\":\"raytraced\"", ""), ERROR_UNSUPPORTED, "/format", "must be none"},
+        {DEEP("\"reference\":true", ""), ERROR_UNSUPPORTED, "/format", "must be none"},
+        {DEEP("\"shadows\":\"map\",\"samples\":4", ""), ERROR_UNSUPPORTED, "/format", "must be 1"},
+        {DEEP("\"shadows\":\"map\",\"budget_ms\":9", ""), ERROR_UNSUPPORTED, "/format",
+         "budget_ms"},
+        {DEEP("\"shadows\":\"map\"", ",\"outputs\":[\"color\",\"depth\"]"), ERROR_UNSUPPORTED,
+         "/format", "alone"},
+        {DEEP("\"shadows\":\"map\"", ",\"edges\":{}"), ERROR_UNSUPPORTED, "/format", "edges"},
+        {DEEP("\"shadows\":\"map\"", ",\"atmosphere\":{\"density\":1}"), ERROR_UNSUPPORTED,
+         "/format", "haze"},
     };
     CHECK(refusals);
 }
@@ -626,6 +649,7 @@ int main(void)
         cmocka_unit_test(singular_and_projective_matrices),
         cmocka_unit_test(bad_lights),
         cmocka_unit_test(bad_haze),
+        cmocka_unit_test(requests_that_cannot_be_deep),
         cmocka_unit_test(bad_overrides),
         cmocka_unit_test(bad_quality),
         cmocka_unit_test(documented_but_unbuilt_techniques_are_unsupported),

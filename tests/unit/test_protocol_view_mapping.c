@@ -128,6 +128,23 @@ static void every_member_of_a_request_reaches_the_view(void **state)
     render_request_finish(&request);
 }
 
+static void a_format_makes_the_view_deep(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        struct render_request request =
+            parse(i ? BODY(",\"format\":\"exr-deep\",\"quality\":{\"shadows\":\"map\"}")
+                    : BODY(",\"format\":\"exr\",\"quality\":{\"shadows\":\"map\"}"));
+        struct view_storage storage;
+        struct view view;
+        struct error err = {0};
+        assert_true(view_from_request(&request, &storage, &view, &err));
+        assert_int_equal(view.wants_deep, i);
+        view_storage_finish(&storage);
+        render_request_finish(&request);
+    }
+}
+
 /* What is said of haze that is not there makes no other view. */
 static void haze_without_density_is_none(void **state)
 {
@@ -675,6 +692,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_member_of_a_request_reaches_the_view),
+        cmocka_unit_test(a_format_makes_the_view_deep),
         cmocka_unit_test(haze_without_density_is_none),
         cmocka_unit_test(what_is_said_of_deep_lists_arrives),
         cmocka_unit_test(default_request_gives_the_default_view),

@@ -15,7 +15,8 @@ from .job import Job
 from .upload import Files, Path, files_of, multipart
 from .view import View
 
-MEDIA_TYPES = {"png": "image/png", "jpeg": "image/jpeg", "webp": "image/webp", "exr": "image/x-exr"}
+MEDIA_TYPES = {"png": "image/png", "jpeg": "image/jpeg", "webp": "image/webp", "exr": "image/x-exr",
+               "exr-deep": "image/x-exr"}
 
 
 class Client:
