@@ -9,9 +9,10 @@
 #include <cmocka.h>
 
 #include "renderer/frame/renderer_internal.h"
+#include "tests/support/closed_form_scenes.h"
 #include "tests/support/image_checks.h"
 
-enum { WIDTH = 160, HEIGHT = 90 };
+enum { WIDTH = 160, HEIGHT = 90, PANES = 1000 };
 
 struct fixture {
     struct renderer *renderer;
@@ -192,6 +193,39 @@ static void a_tile_has_the_samples_of_the_whole(void **state)
     frame_finish(&part);
 }
 
+/* Looked down on, panes whose filters leave a third of the light of the floor. */
+static void a_thousand_layers_are_as_many_samples(void **state)
+{
+    struct fixture *f = *state;
+    double colors[PANES][4];
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    struct frame frame;
+    for (int i = 0; i < PANES; i++)
+        for (int c = 0; c < 4; c++)
+            colors[i][c] = c == 3 ? 1 : pow(0.3, (1 + 0.1 * c) / PANES);
+    panes_scene_build(&(struct panes_scene_desc){.pane_count = PANES,
+                                                 .colors = (const double(*)[4])colors,
+                                                 .spacing = 0.01,
+                                                 .light = GLB_LIGHT_DIRECTIONAL},
+                      &scene);
+    rig_scene_open(&rig, f->renderer, "panes", scene.glb, scene.size_bytes);
+    const struct view view = {.width_px = 8,
+                              .height_px = 8,
+                              .wants_deep = true,
+                              .camera = {.kind = VIEW_CAMERA_LOOK_AT,
+                                         .eye = {0, 14, 0},
+                                         .up = {0, 0, -1},
+                                         .ortho_height = 0.5},
+                              .quality = {.shadows = SHADOWS_DEEP}};
+    shoot(f->renderer, &rig, &view, &frame);
+    assert_int_equal(expect_flattened(&frame), PANES + 1);
+    expect_tidy(&frame.deep);
+    frame_finish(&frame);
+    rig_scene_finish(&rig, f->renderer);
+    closed_form_scene_finish(&scene);
+}
+
 static void what_a_deep_image_cannot_hold_is_refused(void **state)
 {
     struct fixture *f = *state;
@@ -247,6 +281,7 @@ int main(void)
         cmocka_unit_test(media_lie_between_their_surfaces),
         cmocka_unit_test(the_background_is_infinitely_far),
         cmocka_unit_test(a_tile_has_the_samples_of_the_whole),
+        cmocka_unit_test(a_thousand_layers_are_as_many_samples),
         cmocka_unit_test(what_a_deep_image_cannot_hold_is_refused),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
