@@ -417,6 +417,8 @@ static json_t *write_techniques(void)
              write_parameter(1, LIMIT_AREA_SAMPLES, quality->area_samples, NULL));
     json_put(&parameters, "environment_samples",
              write_parameter(1, LIMIT_ENVIRONMENT_SAMPLES, quality->environment_samples, NULL));
+    json_put(&parameters, "atmosphere_samples",
+             write_parameter(1, LIMIT_ATMOSPHERE_SAMPLES, quality->atmosphere_samples, NULL));
     json_put(&parameters, "refraction_samples",
              write_parameter(1, LIMIT_REFRACTION_SAMPLES, quality->refraction_samples, NULL));
     json_put(&writer, "parameters", json_writer_take(&parameters));

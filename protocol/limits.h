@@ -27,6 +27,7 @@ enum limits {
     LIMIT_JSON_VALUES = 6 << 20,      /* in a body: 4.6 Mi hold the same; some 32 bytes each */
     LIMIT_AREA_SAMPLES = 4096,        /* per area light and point: errors below 1e-3 */
     LIMIT_ENVIRONMENT_SAMPLES = 4096, /* towards an environment map per point; same reason */
+    LIMIT_ATMOSPHERE_SAMPLES = 4096,  /* slices of haze on the way of a pixel; same reason */
     LIMIT_REFRACTION_SAMPLES = 4096,  /* behind a rough surface per sample; same reason */
     LIMIT_OUTPUTS = 10,               /* outputs of one render */
     LIMIT_FRAMES_KEPT = 1024,         /* frame reports kept for /v1/frames/{id} */

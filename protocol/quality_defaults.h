@@ -12,6 +12,7 @@
 #define AREA_SAMPLES_DEFAULT_REFERENCE 256 /* likewise, with `reference` */
 #define ENVIRONMENT_SAMPLES_DEFAULT 16     /* towards an environment map, per ray traced point */
 #define ENVIRONMENT_SAMPLES_DEFAULT_REFERENCE 256 /* likewise, with `reference` */
+#define ATMOSPHERE_SLICES_DEFAULT 64              /* of haze, on the way of a rasterised pixel */
 #define SAMPLES_RASTER_MAX 16                     /* per pixel, of the rasteriser */
 #define REFRACTION_SAMPLES_DEFAULT 16 /* behind a rough surface, of all samples of a pixel */
 #define REFRACTION_SAMPLES_DEFAULT_REFERENCE 64 /* of each sample, with `reference` */

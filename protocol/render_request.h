@@ -182,6 +182,7 @@ struct request_quality {
     int area_samples; /* per area light and point, [1, 4096]; 0 = the default */
     enum request_visibility environment_visibility;
     int environment_samples;   /* towards an environment map per point, [1, 4096]; likewise */
+    int atmosphere_samples;    /* slices of haze on the way of a pixel, [1, 4096]; likewise */
     int refraction_samples;    /* directions behind a rough surface, [1, 4096]; likewise */
     double shadow_compression; /* of deep lists: greatest error of a transmittance; [0.001, 0.5];
                                   0 = exact, but with a prefilter 0.001; shadows AUTO or DEEP */

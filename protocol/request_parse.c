@@ -97,6 +97,7 @@ static bool read_quality(const struct json_node *node, struct request_quality *q
                                         "reference",
                                         "area_samples",
                                         "environment_samples",
+                                        "atmosphere_samples",
                                         "refraction_samples",
                                         "environment_visibility",
                                         "max_error",
@@ -116,6 +117,7 @@ static bool read_quality(const struct json_node *node, struct request_quality *q
     struct json_node reference = json_member(node, "reference");
     struct json_node area_samples = json_member(node, "area_samples");
     struct json_node environment_samples = json_member(node, "environment_samples");
+    struct json_node atmosphere_samples = json_member(node, "atmosphere_samples");
     struct json_node refraction_samples = json_member(node, "refraction_samples");
     struct json_node max_error = json_member(node, "max_error");
     struct json_node budget_ms = json_member(node, "budget_ms");
@@ -127,6 +129,8 @@ static bool read_quality(const struct json_node *node, struct request_quality *q
         !json_read_int(&area_samples, 1, LIMIT_AREA_SAMPLES, &quality->area_samples) ||
         !json_read_int(&environment_samples, 1, LIMIT_ENVIRONMENT_SAMPLES,
                        &quality->environment_samples) ||
+        !json_read_int(&atmosphere_samples, 1, LIMIT_ATMOSPHERE_SAMPLES,
+                       &quality->atmosphere_samples) ||
         !json_read_int(&refraction_samples, 1, LIMIT_REFRACTION_SAMPLES,
                        &quality->refraction_samples) ||
         !json_read_number(&max_error, 1e-9, 1e6, &quality->max_error) ||

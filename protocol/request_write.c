@@ -309,6 +309,7 @@ json_t *request_quality_to_tree(const struct request_quality *quality)
     json_put_text(&writer, "environment_visibility",
                   request_visibility_name((int)quality->environment_visibility));
     json_put(&writer, "environment_samples", integer_or_null(quality->environment_samples));
+    json_put(&writer, "atmosphere_samples", integer_or_null(quality->atmosphere_samples));
     json_put(&writer, "refraction_samples", integer_or_null(quality->refraction_samples));
     put_number_or_null(&writer, "max_error", quality->max_error);
     put_number_or_null(&writer, "budget_ms", quality->budget_ms);

@@ -93,7 +93,8 @@ void shadow_techniques_text(unsigned can, unsigned parameters,
 const char *shadow_can_name(int bit)
 {
     static const char *const names[] = {"color",     "media",        "area_lights",
-                                        "reference", "many_samples", "linked_light_lists"};
+                                        "reference", "many_samples", "linked_light_lists",
+                                        "atmosphere"};
     return bit >= 0 && bit < (int)(sizeof names / sizeof *names) ? names[bit] : NULL;
 }
 

@@ -16,6 +16,7 @@ enum shadow_can {
     SHADOW_CAN_REFERENCE = 1 << 3,    /* `reference` goes with it */
     SHADOW_CAN_MANY_SAMPLES = 1 << 4, /* 64 and 256 samples per pixel */
     SHADOW_CAN_LINKED_LISTS = 1 << 5, /* `light_lists: linked` goes with it */
+    SHADOW_CAN_ATMOSPHERE = 1 << 6,   /* `atmosphere` goes with it */
 };
 
 /* Members of `quality` that change the pictures of a technique. */
@@ -39,29 +40,31 @@ enum shadow_parameter {
  *
  * ROW(id, name on the wire, enum shadow_can, enum shadow_parameter, distance, words of a candidate,
  * one sentence) */
-#define SHADOW_TECHNIQUES(ROW)                                                                     \
-    ROW(AUTO, "auto",                                                                              \
-        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_REFERENCE |      \
-            SHADOW_CAN_LINKED_LISTS,                                                               \
-        SHADOW_HAS_ALL, 0, NULL,                                                                   \
-        "the faster by forecast: rays, or deep where a light has a transparent caster, else map")  \
-    ROW(NONE, "none", SHADOW_CAN_LINKED_LISTS, 0, 1, NULL,                                         \
-        "no shadows: every light passes everything")                                               \
-    ROW(MAP, "map", SHADOW_CAN_LINKED_LISTS, SHADOW_HAS_MAP, 3, NULL,                              \
-        "one depth per texel (Williams 1978); transparent casters cast none")                      \
-    ROW(DEEP, "deep", SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_LINKED_LISTS,               \
-        SHADOW_HAS_MAP | SHADOW_HAS_LISTS, 0, "rasterised",                                        \
-        "every transmittance event of a texel, sorted, in one contiguous list; exact")             \
-    ROW(DEEP_LINKED, "deep-linked", SHADOW_CAN_COLOR | SHADOW_CAN_LINKED_LISTS, SHADOW_HAS_MAP, 4, \
-        NULL, "linked lists sorted on insertion (Lindbeck 2015), for comparison")                  \
-    ROW(RAYTRACED, "raytraced",                                                                    \
-        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_REFERENCE |      \
-            SHADOW_CAN_MANY_SAMPLES | SHADOW_CAN_LINKED_LISTS,                                     \
-        SHADOW_HAS_AREA_SAMPLES, 1, "ray traced",                                                  \
-        "rays on the CPU (Embree), no maps: the ground truth that the others are compared with")   \
-    ROW(RAYTRACED_SHADOWS, "raytraced-shadows",                                                    \
-        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS, SHADOW_HAS_AREA_SAMPLES, 1,  \
-        "with traced shadows",                                                                     \
+#define SHADOW_TECHNIQUES(ROW)                                                                    \
+    ROW(AUTO, "auto",                                                                             \
+        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_REFERENCE |     \
+            SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE,                                      \
+        SHADOW_HAS_ALL, 0, NULL,                                                                  \
+        "the faster by forecast: rays, or deep where a light has a transparent caster, else map") \
+    ROW(NONE, "none", SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE, 0, 1, NULL,                \
+        "no shadows: every light passes everything")                                              \
+    ROW(MAP, "map", SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE, SHADOW_HAS_MAP, 3, NULL,     \
+        "one depth per texel (Williams 1978); transparent casters cast none")                     \
+    ROW(DEEP, "deep",                                                                             \
+        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE,    \
+        SHADOW_HAS_MAP | SHADOW_HAS_LISTS, 0, "rasterised",                                       \
+        "every transmittance event of a texel, sorted, in one contiguous list; exact")            \
+    ROW(DEEP_LINKED, "deep-linked",                                                               \
+        SHADOW_CAN_COLOR | SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE, SHADOW_HAS_MAP, 4,    \
+        NULL, "linked lists sorted on insertion (Lindbeck 2015), for comparison")                 \
+    ROW(RAYTRACED, "raytraced",                                                                   \
+        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_REFERENCE |     \
+            SHADOW_CAN_MANY_SAMPLES | SHADOW_CAN_LINKED_LISTS,                                    \
+        SHADOW_HAS_AREA_SAMPLES, 1, "ray traced",                                                 \
+        "rays on the CPU (Embree), no maps: the ground truth that the others are compared with")  \
+    ROW(RAYTRACED_SHADOWS, "raytraced-shadows",                                                   \
+        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS, SHADOW_HAS_AREA_SAMPLES, 1, \
+        "with traced shadows",                                                                    \
         "rasterised surfaces and layers; rays on the CPU for the shadow of each light, no maps")
 
 enum shadow_technique {

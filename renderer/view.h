@@ -153,6 +153,8 @@ struct view_quality {
                            there, and some more are brought; else the frame waits for all */
     int area_samples;   /* per area light and point, [1, 4096] */
     int environment_samples; /* rays towards the map, per point, [1, 4096]; 0: the default */
+    int atmosphere_samples;  /* of haze: slices of the way of a pixel, of ray traced pictures points
+                                for each light; [1, 4096]; 0: the default */
     enum view_visibility environment_visibility; /* of rasterised pictures */
     int refraction_samples;      /* ray traced: directions behind a rough surface, per sample of the
                                     pixel, [1, 4096]; 0: the default */

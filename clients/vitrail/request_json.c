@@ -85,9 +85,9 @@ static bool put_quality(json_t *root, const struct request_options *options,
         !options->shadow_compression.is_given && !options->shadow_prefilter.is_given &&
         !options->shadow_fallback.is_given && !options->samples.is_given && !options->reference &&
         !options->area_samples.is_given && !options->environment_samples.is_given &&
-        !options->refraction && !options->refraction_samples.is_given &&
-        !options->environment_visibility && !options->max_error.is_given &&
-        !options->budget_ms.is_given)
+        !options->haze_samples.is_given && !options->refraction &&
+        !options->refraction_samples.is_given && !options->environment_visibility &&
+        !options->max_error.is_given && !options->budget_ms.is_given)
         return true;
     quality = member_object(root, "quality");
     return put_text(quality, "shadows", options->shadows, failure) &&
@@ -105,6 +105,7 @@ static bool put_quality(json_t *root, const struct request_options *options,
            put_number(quality, "area_samples", &options->area_samples, failure) &&
            put_text(quality, "environment_visibility", options->environment_visibility, failure) &&
            put_number(quality, "environment_samples", &options->environment_samples, failure) &&
+           put_number(quality, "atmosphere_samples", &options->haze_samples, failure) &&
            put_number(quality, "max_error", &options->max_error, failure) &&
            put_number(quality, "budget_ms", &options->budget_ms, failure);
 }

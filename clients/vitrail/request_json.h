@@ -25,8 +25,8 @@ struct request_options {
     const char *exposure; /* a number, or "auto" */
     struct option_number shadow_resolution, shadow_compression, shadow_prefilter, shadow_fallback,
         samples, area_samples, environment_samples, refraction_samples, environment_rotation,
-        environment_intensity, haze, haze_anisotropy, haze_falloff, haze_base, max_error, budget_ms,
-        time_s;
+        environment_intensity, haze, haze_samples, haze_anisotropy, haze_falloff, haze_base,
+        max_error, budget_ms, time_s;
     struct text_list lights, clips, highlights, parts, outputs, settings;
     bool no_scene_lights, reference, environment_background;
 };
@@ -80,6 +80,10 @@ struct request_options {
                        "the share of it that scatters, linear; default 1,1,1", haze_color),        \
         REQUEST_OPTION(owner, NUMBER, "haze-anisotropy", "G",                                      \
                        "-0.95 to 0.95: above 0 it scatters onwards, below back", haze_anisotropy), \
+        REQUEST_OPTION(owner, NUMBER, "haze-samples", "N",                                         \
+                       "slices on the way of a pixel, 1 to 4096; default " QUALITY_DEFAULT_TEXT(   \
+                           ATMOSPHERE_SLICES_DEFAULT),                                             \
+                       haze_samples),                                                              \
         REQUEST_OPTION(owner, NUMBER, "haze-falloff", "METRES",                                    \
                        "over which it thins to 1/e upwards; default even", haze_falloff),          \
         REQUEST_OPTION(owner, NUMBER, "haze-base", "METRES",                                       \

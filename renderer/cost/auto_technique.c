@@ -15,6 +15,14 @@ static bool is_candidate(int technique)
     return shadow_technique_is_candidate((enum shadow_technique)technique);
 }
 
+/* In the place of the time of a technique that cannot draw the view. */
+static const double LEFT_OUT_MS = -1;
+
+static bool is_compared(int technique, double ms)
+{
+    return is_candidate(technique) && ms >= 0;
+}
+
 bool auto_quality_is_open(const struct view_quality *quality)
 {
     bool speaks_of_maps =
@@ -28,6 +36,12 @@ static bool is_open(const struct auto_desc *desc)
 {
     return desc->view->outputs & 1u << VIEW_OUTPUT_COLOR &&
            auto_quality_is_open(&desc->view->quality) && !scene_state_area_lights(desc->state);
+}
+
+static bool can_draw(const struct view *view, enum shadow_technique technique)
+{
+    return !(view->atmosphere.density_per_m > 0) ||
+           shadow_technique_can(technique, SHADOW_CAN_ATMOSPHERE);
 }
 
 /* Maps that do not all fit the budget are made in batches, anew for every frame. */
@@ -65,7 +79,7 @@ static void take_known(struct auto_pick *pick)
     const struct learning_answer *chosen = &pick->answers[pick->technique];
     for (int i = 0; i < SHADOWS_COUNT && chosen->observations; i++) {
         const struct learning_answer *other = &pick->answers[i];
-        if (is_candidate(i) && other->observations && other->ms < chosen->ms) {
+        if (is_compared(i, other->ms) && other->observations && other->ms < chosen->ms) {
             pick->technique = (enum shadow_technique)i;
             chosen = other;
         }
@@ -84,7 +98,7 @@ static bool stay(struct auto_pick *pick)
     for (int i = 0; i < SHADOWS_COUNT; i++) {
         const struct learning_answer *other = &pick->answers[i];
         double most = other->observations ? STAYS_KNOWN : STAYS_FORECAST;
-        if (is_candidate(i) && i != shown && other->ms < most * pick->answers[shown].ms &&
+        if (is_compared(i, other->ms) && i != shown && other->ms < most * pick->answers[shown].ms &&
             other->ms < pick->answers[pick->technique].ms)
             pick->technique = (enum shadow_technique)i;
     }
@@ -100,7 +114,7 @@ static void find_runner_up(struct auto_pick *pick)
     for (int i = 0; i < SHADOWS_COUNT; i++) {
         const struct learning_answer *other = &pick->answers[i];
         double least = other->ms * exp(-TIMING_DOUBT * other->doubt);
-        if (!is_candidate(i) || other == chosen || other->observations >= TIMING_ENOUGH ||
+        if (!is_compared(i, other->ms) || other == chosen || other->observations >= TIMING_ENOUGH ||
             !(least < best) || other->ms > TIMING_MOST * chosen->ms)
             continue;
         best = least;
@@ -116,7 +130,7 @@ enum shadow_technique auto_fastest(const double ms[SHADOWS_COUNT])
 {
     int fastest = SHADOWS_COUNT;
     for (int i = 0; i < SHADOWS_COUNT; i++)
-        if (is_candidate(i) && i != SHADOWS_RASTER_DEFAULT &&
+        if (is_compared(i, ms[i]) && i != SHADOWS_RASTER_DEFAULT &&
             (fastest == SHADOWS_COUNT || ms[i] < ms[fastest]))
             fastest = i;
     bool gains = fastest < SHADOWS_COUNT && ms[fastest] < GAIN_LEAST * ms[SHADOWS_RASTER_DEFAULT];
@@ -129,7 +143,9 @@ struct auto_pick auto_pick(const struct learning_case frames[SHADOWS_COUNT],
     struct auto_pick pick = {.has_runner_up = false};
     double ms[SHADOWS_COUNT];
     for (int i = 0; i < SHADOWS_COUNT; i++) {
-        if (learned && is_candidate(i))
+        if (frames[i].is_left_out)
+            pick.answers[i].ms = LEFT_OUT_MS;
+        else if (learned && is_candidate(i))
             pick.answers[i] = learning_expect(learned, &frames[i]);
         else if (is_candidate(i))
             pick.answers[i].ms = forecast_sum_ms(frames[i].terms);
@@ -150,7 +166,7 @@ void auto_times_text(const double ms[SHADOWS_COUNT], char text[AUTO_TIMES_BYTES]
     text[0] = 0;
     for (int rasterises = 0; rasterises < 2; rasterises++)
         for (int i = 0; i < SHADOWS_COUNT && used < AUTO_TIMES_BYTES; i++)
-            if (is_candidate(i) && ms[i] >= 0 &&
+            if (is_compared(i, ms[i]) &&
                 shadow_technique_is_renderer((enum shadow_technique)i) != rasterises)
                 used +=
                     (size_t)snprintf(text + used, AUTO_TIMES_BYTES - used, "%s%.4g ms %s",
@@ -206,8 +222,11 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
                               ? quality_or(quality->samples, SAMPLES_DEFAULT)
                               : desc->raster_samples;
         setting.shadow_resolution = has_maps ? SHADOW_RESOLUTION_DEFAULT : 0;
-        choice->cold[i] =
-            (struct learning_case){.technique = technique, .view = desc->view_key & ~UINT64_C(1)};
+        choice->cold[i] = (struct learning_case){
+            .technique = technique,
+            .view = desc->view_key & ~UINT64_C(1),
+            .is_left_out = !can_draw(desc->view, technique),
+        };
         technique_forecast_terms(
             technique, &(struct forecast_frame){&workload, &setting, &desc->settings->speed},
             choice->cold[i].terms);
@@ -227,7 +246,7 @@ bool auto_choose(struct auto_choice *choice, const struct auto_desc *desc, struc
     *choice = (struct auto_choice){0};
     if (!desc->settings || desc->settings->policy == AUTO_RASTER || !is_open(desc))
         return true;
-    if (desc->settings->policy == AUTO_RAYTRACED) {
+    if (desc->settings->policy == AUTO_RAYTRACED && can_draw(desc->view, SHADOWS_RAYTRACED)) {
         choice->is_open = true;
         choice->technique = SHADOWS_RAYTRACED;
         snprintf(choice->because, sizeof choice->because, "auto: the server is set to ray tracing");

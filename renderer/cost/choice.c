@@ -8,6 +8,14 @@
 #include "renderer/cost/technique_forecast.h"
 #include "renderer/shadows/technique.h"
 
+/* Whether the technique can draw what the request asks for beside the target. */
+static bool goes_with(const struct quality_target *target, enum shadow_technique shadows)
+{
+    unsigned can = (target->has_linked_lists ? SHADOW_CAN_LINKED_LISTS : 0u) |
+                   (target->has_atmosphere ? SHADOW_CAN_ATMOSPHERE : 0u);
+    return shadow_technique_can(shadows, can);
+}
+
 bool choice_row_fits(const struct choice_row *row, const struct quality_target *target)
 {
     const struct quality_setting *setting = &row->setting;
@@ -15,8 +23,7 @@ bool choice_row_fits(const struct choice_row *row, const struct quality_target *
         return false;
     if (target->samples && target->samples != setting->samples)
         return false;
-    if (target->has_linked_lists &&
-        !shadow_technique_can(setting->shadows, SHADOW_CAN_LINKED_LISTS))
+    if (!goes_with(target, setting->shadows))
         return false;
     if (setting->shadow_resolution == 0)
         return true;
@@ -266,10 +273,8 @@ static size_t estimate_technique(const struct choice_frame *frame,
 
 static bool is_estimated(const struct quality_target *target, enum shadow_technique shadows)
 {
-    bool goes_with_lists =
-        !target->has_linked_lists || shadow_technique_can(shadows, SHADOW_CAN_LINKED_LISTS);
     return target->shadows == SHADOWS_AUTO
-               ? shadow_technique_is_candidate(shadows) && goes_with_lists
+               ? shadow_technique_is_candidate(shadows) && goes_with(target, shadows)
                : target->shadows == shadows;
 }
 

@@ -31,6 +31,7 @@ struct quality_target {
     double shadow_compression;                   /* likewise, and of rows with deep lists */
     int shadow_prefilter;
     bool has_linked_lists; /* asked for: traced shadows do not go with them */
+    bool has_atmosphere;   /* likewise */
 };
 
 struct choice {

@@ -53,7 +53,8 @@ void learning_init(struct learning *learning);
 struct learning_case {
     double terms[FORECAST_TERM_COUNT]; /* ms, of technique_forecast_terms */
     enum shadow_technique technique;
-    uint64_t view; /* key of what is drawn, whatever the camera; 0: none */
+    bool is_left_out; /* the technique cannot draw the view: it is compared with none */
+    uint64_t view;    /* key of what is drawn, whatever the camera; 0: none */
 };
 
 struct learning_answer {

@@ -56,6 +56,9 @@ struct environment_light environment_light_make(const struct environment *enviro
 void environment_light_radiance(const struct environment_light *light, const double direction[3],
                                 double radiance[3]);
 
+/* Its mean over all directions [nt]. */
+void environment_light_mean(const struct environment_light *light, double mean[3]);
+
 /* Draws a direction in proportion to luminance, by two numbers in [0, 1). Returns its density
  * [1/sr]; > 0. */
 double environment_light_sample(const struct environment_light *light, const double u[2],

@@ -29,6 +29,9 @@ static bool check_quality(const struct view_quality *quality, struct error *err)
     if (quality->environment_samples < 0 || quality->environment_samples > 4096)
         return error_set(err, ERROR_INVALID_REQUEST, "%d environment samples, choose 1 to 4096",
                          quality->environment_samples);
+    if (quality->atmosphere_samples < 0 || quality->atmosphere_samples > 4096)
+        return error_set(err, ERROR_INVALID_REQUEST, "%d atmosphere samples, choose 1 to 4096",
+                         quality->atmosphere_samples);
     if (quality->refraction_samples < 0 || quality->refraction_samples > 4096)
         return error_set(err, ERROR_INVALID_REQUEST, "%d refraction samples, choose 1 to 4096",
                          quality->refraction_samples);

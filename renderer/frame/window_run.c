@@ -10,6 +10,7 @@
 #include "renderer/frame/light_batches.h"
 #include "renderer/base/sample_pattern.h"
 #include "renderer/shading/accumulation.h"
+#include "renderer/shading/atmosphere_light.h"
 #include "renderer/shading/deep.h"
 #include "renderer/shading/refraction.h"
 
@@ -145,10 +146,13 @@ static struct camera_window lights_window(const struct window_frame *frame)
 {
     struct camera_window window = frame->window;
     bool is_shifted = window.shift_px[0] != 0 || window.shift_px[1] != 0;
-    if (!is_shifted || frame->view->quality.light_lists == VIEW_LIGHT_LISTS_LINKED)
+    bool is_wide = atmosphere_is_lit(frame); /* the columns at its sides lie beyond it */
+    if ((!is_shifted && !is_wide) || frame->view->quality.light_lists == VIEW_LIGHT_LISTS_LINKED)
         return window;
     window.shift_px[0] = window.shift_px[1] = 0;
-    window.reach_px = sample_pattern_reach(frame->targets->samples, frame->rounds);
+    window.reach_px = is_shifted ? sample_pattern_reach(frame->targets->samples, frame->rounds) : 0;
+    if (is_wide)
+        window.reach_px += 2.0 * atmosphere_side_px(frame->view);
     return window;
 }
 

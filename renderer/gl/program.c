@@ -374,6 +374,20 @@ void gl_program_set_u2(const struct gl_program *program, const char *name, uint3
         glProgramUniform2ui(program->name, location, x, y);
 }
 
+void gl_program_set_u3(const struct gl_program *program, const char *name, const uint32_t value[3])
+{
+    GLint location = change(program, name, value, 3);
+    if (location >= 0)
+        glProgramUniform3uiv(program->name, location, 1, value);
+}
+
+void gl_program_set_i2(const struct gl_program *program, const char *name, int32_t x, int32_t y)
+{
+    GLint location = change(program, name, (const int32_t[2]){x, y}, 2);
+    if (location >= 0)
+        glProgramUniform2i(program->name, location, x, y);
+}
+
 void gl_program_set_f(const struct gl_program *program, const char *name, float value)
 {
     GLint location = change(program, name, &value, 1);

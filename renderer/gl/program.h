@@ -78,6 +78,8 @@ void program_cache_get_stats(const struct program_cache *cache, struct program_c
 void gl_program_use(const struct gl_program *program);
 void gl_program_set_u(const struct gl_program *program, const char *name, uint32_t value);
 void gl_program_set_u2(const struct gl_program *program, const char *name, uint32_t x, uint32_t y);
+void gl_program_set_u3(const struct gl_program *program, const char *name, const uint32_t value[3]);
+void gl_program_set_i2(const struct gl_program *program, const char *name, int32_t x, int32_t y);
 void gl_program_set_f(const struct gl_program *program, const char *name, float value);
 void gl_program_set_f2(const struct gl_program *program, const char *name, const float value[2]);
 void gl_program_set_f3(const struct gl_program *program, const char *name, const float value[3]);

@@ -15,6 +15,7 @@
 #include "renderer/shadows/shadows.h"
 #include "renderer/shadows/technique.h"
 #include "renderer/transparency/method.h"
+#include "renderer/window/atmosphere_grid.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"
@@ -314,6 +315,18 @@ static void require_visibility(struct frame_plan *made, const struct frame_plan_
                                                                     : VISIBILITY_MIRRORED + 1;
 }
 
+static void require_atmosphere(struct plan *plan, const struct frame_plan_desc *desc)
+{
+    const struct view_atmosphere *air = &desc->view->atmosphere;
+    const size_t lights = desc->state->light_count;
+    bool is_drawn = needs(plan, PLAN_NEED_COLOR);
+    set_need(plan, PLAN_NEED_ATMOSPHERE, is_drawn && air->density_per_m > 0 && lights > 0, "%s",
+             !is_drawn                   ? "no color is rasterised"
+             : !(air->density_per_m > 0) ? "there is no atmosphere"
+             : !lights                   ? "no light shines into the atmosphere"
+                                         : "lights shine into the atmosphere");
+}
+
 /* The technique of a light whose filters it knows, and whose media it does not. */
 static enum shadow_technique find_thick_media(const struct shadow_needs *shadows)
 {
@@ -333,13 +346,16 @@ static bool check_technique(struct frame_plan *made, const struct frame_plan_des
 {
     struct plan *plan = &made->plan;
     return technique_check(
-        &(struct technique_demand){.quality = &desc->view->quality,
-                                   .is_rasterised = needs(plan, PLAN_NEED_COLOR),
-                                   .lights = desc->state->light_count,
-                                   .area_lights = scene_state_area_lights(desc->state),
-                                   .unfiltered_lights = plan->unfiltered_lights,
-                                   .window_lights = plan->traced_lights,
-                                   .thick_media = find_thick_media(&made->shadows)},
+        &(struct technique_demand){
+            .quality = &desc->view->quality,
+            .is_rasterised = needs(plan, PLAN_NEED_COLOR),
+            .lights = desc->state->light_count,
+            .area_lights = scene_state_area_lights(desc->state),
+            .unfiltered_lights = plan->unfiltered_lights,
+            .is_hazy = needs(plan, PLAN_NEED_ATMOSPHERE) ||
+                       (needs(plan, PLAN_NEED_TRACED) && desc->view->atmosphere.density_per_m > 0),
+            .window_lights = plan->traced_lights,
+            .thick_media = find_thick_media(&made->shadows)},
         &plan->lacks, err);
 }
 
@@ -428,7 +444,9 @@ static uint64_t targets_bytes(const struct plan *plan, const struct view *view)
     uint64_t pixels = (uint64_t)view->width_px * (uint64_t)view->height_px;
     uint64_t refraction = needs(plan, PLAN_NEED_REFRACTION) ? TARGETS_REFRACTION_PIXEL_BYTES : 0;
     uint64_t sums = plan->rounds > 1 ? targets_sum_pixel_bytes(view->screen.has_backdrop) : 0;
-    return pixels * (targets_pixel_bytes(plan->target_samples, plan->lobes) + refraction + sums);
+    uint64_t haze = needs(plan, PLAN_NEED_ATMOSPHERE) ? atmosphere_pixel_bytes(view) : 0;
+    return pixels *
+           (targets_pixel_bytes(plan->target_samples, plan->lobes) + refraction + sums + haze);
 }
 
 /* Adds a pass that runs only if a count, which only drawing can tell, is not 0. */
@@ -478,6 +496,9 @@ static void plan_apart(struct plan *plan)
     plan->passes[plan->pass_count - 1].is_conditional = true; /* only where light differs */
 }
 
+static const char *const atmosphere_passes[] = {"atmosphere.reach", "atmosphere.light",
+                                                "atmosphere.sum"};
+
 static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
 {
     const struct view_quality *quality = &desc->view->quality;
@@ -497,6 +518,8 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
     plan_rays(plan, PLAN_STEP_SHADOW_POINTS);
     if (needs(plan, PLAN_NEED_COLOR))
         plan_layers(plan, PLAN_STEP_SHADE);
+    for (size_t i = 0; i < sizeof atmosphere_passes / sizeof *atmosphere_passes; i++)
+        add_pass(plan, PLAN_NEED_ATMOSPHERE, PLAN_STEP_SHADE, atmosphere_passes[i], "froxels", 0);
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_SHADE, "shade.opaque",
              plan->target_samples > 1 ? "msaa4" : "", 0);
     plan_apart(plan);
@@ -529,6 +552,7 @@ bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc
     chosen.view = &view;
     if (plan->plan.choice.is_open && !shadow_technique_is_renderer(plan->plan.choice.technique))
         view.quality.shadows = plan->plan.choice.technique;
+    require_atmosphere(&plan->plan, &chosen);
     if (!require_geometry(plan, &chosen, err) || !require_lights(plan, &chosen, err) ||
         !check_technique(plan, &chosen, err) || !check_deep(plan, &chosen, err))
         goto fail;

@@ -19,6 +19,7 @@ static unsigned needs_of(const struct technique_demand *demand)
            (quality->samples > SAMPLES_RASTER_MAX && !quality->reference ? SHADOW_CAN_MANY_SAMPLES
                                                                          : 0u) |
            (has_linked_lists && demand->window_lights > 0 ? SHADOW_CAN_LINKED_LISTS : 0u) |
+           (demand->is_hazy ? SHADOW_CAN_ATMOSPHERE : 0u) |
            (has_areas ? SHADOW_CAN_AREA_LIGHTS : 0u) |
            (demand->unfiltered_lights > 0 ? SHADOW_CAN_COLOR : 0u);
 }
@@ -56,6 +57,17 @@ static bool refuse(const struct technique_demand *demand, unsigned missing, stru
                          "%s follow the clustered light lists: light_lists must be auto or "
                          "clustered",
                          shadow_technique_name((int)quality->shadows));
+    if (missing & SHADOW_CAN_ATMOSPHERE && quality->reference)
+        return error_set(err, ERROR_INVALID_REQUEST, "the reference draws no atmosphere");
+    if (missing & SHADOW_CAN_ATMOSPHERE) {
+        shadow_techniques_text(SHADOW_CAN_ATMOSPHERE, 0, others);
+        return error_set(err, ERROR_INVALID_REQUEST, "%s draws no atmosphere: shadows must be %s",
+                         shadow_technique_name((int)quality->shadows), others);
+    }
+    if (demand->is_hazy && quality->light_lists == VIEW_LIGHT_LISTS_LINKED)
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "an atmosphere is lit through the clustered light lists: light_lists must "
+                         "be auto or clustered");
     return true;
 }
 
@@ -73,7 +85,10 @@ bool technique_check(const struct technique_demand *demand, struct technique_lac
                      struct error *err)
 {
     enum shadow_technique shadows = demand->quality->shadows;
-    unsigned missing = needs_of(demand) & ~shadow_technique_rows[shadows].can;
+    unsigned can = shadow_technique_rows[shadows].can;
+    if (demand->quality->reference)
+        can &= shadow_technique_rows[SHADOWS_RAYTRACED].can;
+    unsigned missing = needs_of(demand) & ~can;
     lacks->count = 0;
     if (!refuse(demand, missing, err))
         return false;

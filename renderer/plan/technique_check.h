@@ -16,6 +16,7 @@ struct technique_demand {
     size_t lights;                      /* of the scene */
     size_t area_lights;                 /* of these */
     size_t unfiltered_lights; /* of these: transparent casters are in reach, and filter nothing */
+    bool is_hazy;             /* the view has haze, which lights shine into */
     size_t window_lights;     /* of these: shadowed for each window, after its light lists */
     /* That of a light with media among its casters which it filters light by, and cannot follow it
      * in; AUTO: there is none. */

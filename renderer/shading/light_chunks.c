@@ -3,6 +3,8 @@
 #include "renderer/shading/light_chunks.h"
 
 #include "protocol/quality_defaults.h"
+#include "renderer/lights/clusters.h"
+#include "renderer/shading/atmosphere_light.h"
 #include "renderer/shading/shade.h"
 #include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
@@ -46,6 +48,8 @@ static struct loop_lights loops_before(const struct window_frame *frame, bool is
         .walks_lists = method && method->structure->is_walked,
         .surfaces = (uint32_t)frame->targets->samples,
     };
+    if (atmosphere_is_lit(frame) && loops.surfaces < CLUSTER_SLICES)
+        loops.surfaces = CLUSTER_SLICES; /* a slice of haze may lie in all of them */
     for (uint32_t i = 0; i < frame->state->scene->material_count; i++)
         loops.walks_lists |= frame->state->materials[i].no_self_shadow;
     return loops;

@@ -7,12 +7,13 @@
 #include <stdio.h>
 
 #include "renderer/base/matrix.h"
+#include "renderer/shading/atmosphere_light.h"
 #include "renderer/shading/environment_maps.h"
 #include "renderer/window/time_slice_clock.h"
 
 #include "shaders/shared/bindings.h"
 
-enum { DEFINES_BYTES = 704 };
+enum { DEFINES_BYTES = 800 };
 
 /* ---- programs ---- */
 
@@ -52,10 +53,11 @@ static void describe(const struct window_frame *frame, const struct shade_facts 
     if (needs->visibility_lobes)
         snprintf(seen_defines, sizeof seen_defines,
                  " HAS_ENVIRONMENT_VISIBILITY VISIBILITY_COUNT=%u", needs->visibility_lobes);
-    snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s%s%s%s%s%s%s %s %s",
+    snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s%s%s%s%s%s%s%s %s %s",
              has_lights ? "HAS_LIGHTS" : "", own.has_shadow_maps ? " HAS_SHADOWS" : "",
              frame->state->has_environment ? " HAS_ENVIRONMENT" : "",
              view_has_environment(frame->view) ? " HAS_ENVIRONMENT_MAP" : "", seen_defines,
+             atmosphere_defines(frame->view),
              frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "",
              kind->source ? " SURFACES=" : "", kind->source ? kind->source : "", own_defines,
              media_defines, material_defines, light_defines,
@@ -119,6 +121,8 @@ static void bind(const struct lighting *lighting, const struct gl_program *progr
         window_set_world_axes(frame, program);
     if (has_map)
         environment_maps_bind(frame->environment_maps, frame->environment, program);
+    if (atmosphere_is_seen(frame->view))
+        atmosphere_bind(frame, program);
     if (frame->needs->visibility_lobes)
         traced_shadows_bind_visibility(desc->seen, program);
     gl_program_set_f3(program, "u_sky", frame->state->sky);

@@ -6,6 +6,7 @@
 #include <stdio.h>
 
 #include "renderer/shading/accumulation.h"
+#include "renderer/shading/atmosphere_light.h"
 #include "renderer/shading/refraction.h"
 #include "renderer/window/apart.h"
 
@@ -17,7 +18,7 @@ static void describe_as(const struct window_frame *frame, const struct surface_f
     bool maps_here = screen->has_backdrop && !accumulation_maps(frame);
     bool has_choice = screen->mapping.operator_ != TONE_MAPPING_NEUTRAL;
     bool shows_map = view_has_environment(frame->view) && frame->view->environment_is_background;
-    snprintf(text, SURFACE_DEFINES_BYTES, " SAMPLES=%d%s%s%s%s%s%s%s%s%s%s",
+    snprintf(text, SURFACE_DEFINES_BYTES, " SAMPLES=%d%s%s%s%s%s%s%s%s%s%s%s",
              frame->targets->samples,
              facts->has_shadow_maps && frame->needs->has_normal_offset ? " HAS_NORMAL_OFFSET" : "",
              is_apart ? " SAMPLES_APART" : "", compositing ? " LAYERS=" : "",
@@ -26,7 +27,8 @@ static void describe_as(const struct window_frame *frame, const struct surface_f
              screen->has_backdrop ? " HAS_BACKDROP" : "", accumulation_defines(frame),
              maps_here && has_choice ? " TONE_HAS_CHOICE" : "",
              shows_map ? " HAS_ENVIRONMENT_BACKGROUND" : "",
-             frame->view->wants_deep ? " KEEPS_OPAQUE" : "");
+             frame->view->wants_deep ? " KEEPS_OPAQUE" : "",
+             atmosphere_is_lit(frame) ? " HAS_ATMOSPHERE_LIGHT" : "");
 }
 
 static void describe(const struct window_frame *frame, const struct surface_facts *facts,

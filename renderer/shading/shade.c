@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "renderer/base/matrix.h"
+#include "renderer/shading/atmosphere_light.h"
 #include "renderer/shading/lighting.h"
 #include "renderer/shading/opaque_samples.h"
 #include "renderer/window/apart.h"
@@ -98,6 +99,10 @@ void shade_list_programs(const struct window_frame *frame, const struct shade_fa
                                       .is_last = parts == LIGHTS_AT_ONCE};
     if (facts->has_layers)
         lighting_list_program(frame, facts, &chunk, facts->method->surfaces, is_conditional, list);
+    if (atmosphere_is_lit(frame)) {
+        lighting_list_program(frame, facts, &chunk, &atmosphere_points, is_conditional, list);
+        atmosphere_list_programs(frame, list);
+    }
     lighting_list_program(frame, facts, &chunk, &opaque_samples, is_conditional, list);
     if (apart_is_possible(frame))
         lighting_list_program(frame, facts, &chunk, &samples_apart, true, list);
@@ -173,13 +178,26 @@ static struct surface_set apart_set(const struct shade_desc *desc, const struct 
     return samples_apart_of(desc->frame, piece->first, piece->count, is_counted);
 }
 
-/* Lights transparent surfaces, then opaque samples, whose program composites the former. */
+/* Lights the haze, whose light is looked up where the layers are composited. */
+static bool light_atmosphere(const struct shade_desc *desc, const struct surface_lighter *lighter,
+                             struct error *err)
+{
+    if (!atmosphere_is_lit(desc->frame))
+        return true;
+    if (!atmosphere_begin(desc->frame, err))
+        return false;
+    const struct surface_set set = atmosphere_set(desc->frame);
+    return lighter->light(lighter->context, &set, err) &&
+           (desc->continues || atmosphere_end(desc->frame, err));
+}
+
+/* Lights transparent surfaces, then haze, then opaque samples, whose program composites all. */
 static bool light_all(const struct shade_desc *desc, const struct surface_lighter *lighter,
                       struct error *err)
 {
     const struct surface_set opaque = opaque_samples_of(desc->frame);
     return desc->layers->method->light(desc->layers, desc->frame, lighter, err) &&
-           lighter->light(lighter->context, &opaque, err);
+           light_atmosphere(desc, lighter, err) && lighter->light(lighter->context, &opaque, err);
 }
 
 /* Lights the window, or that piece of it, with filters that rays find for one chunk of the lights
@@ -306,6 +324,7 @@ bool shade_window(struct shade *shade, const struct shade_desc *desc, struct err
     int sets = desc->is_apart
                    ? 1
                    : 1 + (desc->traced != NULL) + desc->layers->method->count_sets(desc->layers) +
+                         atmosphere_is_lit(desc->frame) +
                          (may_differ && !desc->traced && !is_batch);
     lighting.parts = (int)chunk_count * sets;
     shade->has_apart = desc->is_apart;

@@ -21,7 +21,7 @@ enum surface_order {
     SURFACES_IN_ITEMS, /* a unit is an invocation, and 64 of them are a work group */
 };
 
-enum { SURFACE_DEFINES_BYTES = 160 };
+enum { SURFACE_DEFINES_BYTES = 224 };
 
 /* How the surfaces of sets are read, and where their light goes; constant. */
 struct surface_kind {

@@ -130,6 +130,22 @@ bool targets_prepare_opaque(struct targets *t, bool is_asked, struct error *err)
     return prepare_plain(t, is_asked, &t->opaque, "frame.opaque", err);
 }
 
+static bool reserve_haze(struct gl_buffer *buffer, const char *label, uint64_t bytes,
+                         struct error *err)
+{
+    return gl_buffer_reserve(
+        buffer, &(struct gl_buffer_desc){.label = label, .size_bytes = bytes, .is_dynamic = true},
+        false, err);
+}
+
+bool targets_prepare_atmosphere(struct targets *t, uint64_t slices_bytes, uint64_t columns_bytes,
+                                uint64_t sums_bytes, struct error *err)
+{
+    return reserve_haze(&t->atmosphere, "frame.atmosphere", slices_bytes, err) &&
+           reserve_haze(&t->atmosphere_reach, "frame.atmosphere_reach", columns_bytes, err) &&
+           reserve_haze(&t->atmosphere_sums, "frame.atmosphere_sums", sums_bytes, err);
+}
+
 static int count_levels(int width, int height)
 {
     int levels = 1;
@@ -202,6 +218,9 @@ void targets_finish(struct targets *t)
     gl_texture_finish(&t->bent_parts);
     gl_texture_finish(&t->bent);
     gl_buffer_finish(&t->apart);
+    gl_buffer_finish(&t->atmosphere);
+    gl_buffer_finish(&t->atmosphere_reach);
+    gl_buffer_finish(&t->atmosphere_sums);
     *t = (struct targets){0};
 }
 
@@ -212,5 +231,6 @@ uint64_t targets_size_bytes(const struct targets *t)
            t->image.size_bytes + t->parts.size_bytes + t->light.size_bytes + apart_bytes(t) +
            t->sum.size_bytes + t->behind.size_bytes + t->behind_sum.size_bytes +
            t->opaque.size_bytes + t->levels.size_bytes + t->bent_parts.size_bytes +
-           t->bent.size_bytes;
+           t->bent.size_bytes + t->atmosphere.size_bytes + t->atmosphere_reach.size_bytes +
+           t->atmosphere_sums.size_bytes;
 }

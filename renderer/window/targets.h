@@ -23,6 +23,9 @@ struct targets {
     struct gl_texture opaque; /* RGBA32F, of deep images: surfaces or background behind all layers
                                */
     struct gl_buffer apart;   /* pixels whose samples are shaded apart (renderer/window/apart.h) */
+    /* Where haze is lit (renderer/shading/atmosphere_light.h): the light in the slices of its
+     * columns, how far each is seen, and the light from the eye to the slices of their corners. */
+    struct gl_buffer atmosphere, atmosphere_reach, atmosphere_sums;
     /* Where layers refract (renderer/shading/refraction.h); RGBA32F. */
     struct gl_texture levels;     /* the picture without those: each level has half the pixels of
                                      the one before a side */
@@ -49,6 +52,10 @@ enum { TARGETS_APART_HEAD_BYTES = GL_BUFFER_ALIGNMENT };
 uint64_t targets_apart_list_bytes(const struct targets *targets);
 /* Makes targets->light and targets->apart where they are absent. */
 MUST_CHECK bool targets_prepare_apart(struct targets *targets, struct error *err);
+/* Makes those three as large, at least. */
+MUST_CHECK bool targets_prepare_atmosphere(struct targets *targets, uint64_t slices_bytes,
+                                           uint64_t columns_bytes, uint64_t sums_bytes,
+                                           struct error *err);
 /* Makes targets->levels, bent_parts and bent where they are absent. */
 MUST_CHECK bool targets_prepare_refraction(struct targets *targets, struct error *err);
 enum { TARGETS_REFRACTION_PIXEL_BYTES = 58 }; /* of these */

@@ -206,6 +206,7 @@ void view_quality_from_request(const struct request_quality *from, struct view_q
         .reference = from->reference,
         .area_samples = from->area_samples,
         .environment_samples = from->environment_samples,
+        .atmosphere_samples = from->atmosphere_samples,
         .environment_visibility = (enum view_visibility)from->environment_visibility,
     };
 }

@@ -353,6 +353,7 @@ static void plan_settings(struct run *run)
                              .has_transparent_casters = document->has_transparent_casters,
                              .has_linked_lists = run->entry->request.render.quality.light_lists ==
                                                  REQUEST_LIGHT_LISTS_LINKED,
+                             .has_atmosphere = run->entry->request.render.atmosphere.density > 0,
                              .max_samples = run->max_samples,
                              .reference_samples = run->options.reference_samples,
                              .max_settings = run->options.max_settings},

@@ -11,6 +11,7 @@ struct sweep_desc {
     bool has_shadows;                    /* a light casts one on something */
     bool has_transparent_casters;
     bool has_linked_lists; /* which traced shadows do not go with */
+    bool has_atmosphere;   /* likewise */
     int max_samples;       /* of the rasteriser at once, 1 or 4 */
     int reference_samples; /* 16, 64 or 256 */
     int max_settings;

@@ -261,8 +261,9 @@ static void choose_measured(const struct choosing *choosing, struct request_qual
 
 /* ---- a target ---- */
 
-static struct quality_target target_of(const struct request_quality *quality)
+static struct quality_target target_of(const struct render_request *request)
 {
+    const struct request_quality *quality = &request->quality;
     return (struct quality_target){
         .max_error = quality->max_error,
         .budget_ms = quality->budget_ms,
@@ -273,6 +274,7 @@ static struct quality_target target_of(const struct request_quality *quality)
         .shadow_compression = quality->shadow_compression,
         .shadow_prefilter = quality->shadow_prefilter > 1 ? quality->shadow_prefilter : 0,
         .has_linked_lists = quality->light_lists == REQUEST_LIGHT_LISTS_LINKED,
+        .has_atmosphere = request->atmosphere.is_given && request->atmosphere.density > 0,
     };
 }
 
@@ -282,7 +284,7 @@ static void choose_for_target(struct choosing *choosing, struct render_request *
     const struct candidates *candidates = &choosing->candidates;
     bool is_warm = choosing->desc->is_warm;
     struct choice choice = {0};
-    choosing->target = target_of(&request->quality);
+    choosing->target = target_of(request);
     for (int source = SOURCE_VIEW; !choice.row && source < SOURCE_COUNT; source++) {
         find_rows(choosing, request, (enum source)source);
         enum source found = (enum source)source;

@@ -15,14 +15,29 @@ light_cursor light_list_at(uint cluster)
     return light_cursor(0u, u_light_prefix + head.y, head.x - u_light_prefix);
 }
 
-light_cursor light_list_first(uvec2 pixel, float view_z)
+uint light_slice(float view_z)
 {
     float f = u_light_slice_map.z > 0.0 ? view_z : log2(max(view_z, 1e-37));
     float slice = floor(f * u_light_slice_map.x + u_light_slice_map.y);
+    return uint(clamp(slice, 0.0, float(u_light_slices - 1u)));
+}
+
+// The view depth at which slice k > 0 begins.
+float light_slice_border(uint k)
+{
+    float f = (float(k) - u_light_slice_map.y) / u_light_slice_map.x;
+    return u_light_slice_map.z > 0.0 ? f : exp2(f);
+}
+
+light_cursor light_list_in(uvec2 pixel, uint slice)
+{
     uvec2 tile = pixel >> u_light_shift;
-    uint cluster = (tile.y * u_light_columns + tile.x) * u_light_slices +
-                   uint(clamp(slice, 0.0, float(u_light_slices - 1u)));
-    return light_list_at(cluster);
+    return light_list_at((tile.y * u_light_columns + tile.x) * u_light_slices + slice);
+}
+
+light_cursor light_list_first(uvec2 pixel, float view_z)
+{
+    return light_list_in(pixel, light_slice(view_z));
 }
 
 // Narrows the cursor to `count` entries from the first-th on.

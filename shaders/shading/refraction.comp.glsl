@@ -189,7 +189,7 @@ void main()
     }
     vec4 share = imageLoad(u_bent_parts, ivec3(pixel, 0));
     vec4 image = imageLoad(u_image, pixel);
-    vec3 radiance = image.rgb + share.rgb * seen.rgb;
+    vec3 radiance = max(image.rgb + share.rgb * seen.rgb, 0.0); // haze before glass is taken off
     vec3 open = share.rgb * (1.0 - seen.a);
 #ifdef HAS_BACKDROP
     vec4 bare = imageLoad(u_bent_parts, ivec3(pixel, 1));

@@ -350,6 +350,9 @@ bool samples_differ(uint pairs)
 }
 #endif
 
+#ifdef HAS_ATMOSPHERE
+#include "shading/atmosphere_seen.glsl"
+#endif
 #each LAYERS #include "$1"
 
 #ifdef HAS_REFRACTION
@@ -412,6 +415,22 @@ vec4 composite(ivec2 pixel)
 #ifdef HAS_BACKDROP
             bool is_bare = behind.a == 0.0 && t == vec3(1.0) && radiance[i] == vec3(0.0);
             seen += is_bare ? vec4(0.0) : vec4(t * (1.0 - behind.a), 1.0);
+#endif
+        }
+    }
+#elif defined HAS_ATMOSPHERE
+    for (int first = 0; first < SAMPLES; first += WALKS) {
+        float depth[WALKS];
+        atmosphere_seen air[WALKS];
+        for (int i = 0; i < WALKS; i++)
+            depth[i] = texelFetch(u_depth_map, pixel, first + i).x;
+        atmosphere_look_at(vec2(pixel) + 0.5, depth, air);
+        for (int i = 0; i < WALKS; i++) {
+            vec4 behind = OPAQUE_COLOR(first + i);
+            float t = air[i].through;
+            sum += vec4(air[i].light + t * behind.rgb, 1.0 - (1.0 - behind.a) * t);
+#ifdef HAS_BACKDROP
+            seen += vec4(vec3(t * (1.0 - behind.a)), 1.0);
 #endif
         }
     }

@@ -42,20 +42,23 @@
 #define BIND_SHADOW_KEYS 11         /* u32 per two events: SHADOW_KEYS_AT */
 #define BIND_SHADOW_HEADS 11        /* while counts are scanned: u32 per texel, and one */
 #define BIND_SHADOW_EVENTS_ID 12
-#define BIND_SCAN 13          /* block sums of a scan */
-#define BIND_LIGHT_HEADS 13   /* linked light lists: counter and heads under construction */
-#define BIND_TRACED_POINTS 11 /* points that traced shadows are asked for */
-#define BIND_TRACED_HEADS 12  /* u32 per pixel: its first point << 3 | their number */
-#define BIND_VISIBILITY 11    /* while surfaces are lit: uvec2 per point and lobe */
-#define BIND_STATISTICS 14    /* counters read back by the report */
-#define BIND_PIXEL_LEFT 10    /* u32 per pixel: entries counted, and not yet written */
-#define BIND_SCREEN 10        /* u32: the window as a screen shows it */
-#define BIND_APART 10         /* u32: pixels whose samples are shaded apart */
-#define BIND_CANDIDATES 11    /* likewise: pixels that may be such, */
-#define BIND_APART_FOUND 11   /* and those that are, while they are read through BIND_APART */
-#define BIND_TONE_BUCKETS 11  /* struct tone_bucket[] */
-#define BIND_LIST_NODES 15    /* linked techniques: elements under construction */
-#define BIND_FILLED 15        /* u32: what is filled before it is built */
+#define BIND_SCAN 13             /* block sums of a scan */
+#define BIND_LIGHT_HEADS 13      /* linked light lists: counter and heads under construction */
+#define BIND_TRACED_POINTS 11    /* points that traced shadows are asked for */
+#define BIND_TRACED_HEADS 12     /* u32 per pixel: its first point << 3 | their number */
+#define BIND_VISIBILITY 11       /* while surfaces are lit: uvec2 per point and lobe */
+#define BIND_STATISTICS 14       /* counters read back by the report */
+#define BIND_PIXEL_LEFT 10       /* u32 per pixel: entries counted, and not yet written */
+#define BIND_SCREEN 10           /* u32: the window as a screen shows it */
+#define BIND_APART 10            /* u32: pixels whose samples are shaded apart */
+#define BIND_CANDIDATES 11       /* likewise: pixels that may be such, */
+#define BIND_APART_FOUND 11      /* and those that are, while they are read through BIND_APART */
+#define BIND_TONE_BUCKETS 11     /* struct tone_bucket[] */
+#define BIND_LIST_NODES 15       /* linked techniques: elements under construction */
+#define BIND_FILLED 15           /* u32: what is filled before it is built */
+#define BIND_ATMOSPHERE 11       /* while haze is lit: f32, three per slice of a column */
+#define BIND_ATMOSPHERE_REACH 10 /* likewise: f32 per column: farthest surface in it */
+#define BIND_ATMOSPHERE_SUMS 15  /* while surfaces are lit: f32, three per slice of a corner */
 
 /* texture units */
 #define UNIT_GBUFFER_SIGNATURE 7

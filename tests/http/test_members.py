@@ -52,7 +52,8 @@ def members(scene):
         "quality": {"shadows": "deep", "transparency": "lists", "light_lists": "clustered",
                     "blend_filter": "tint", "shadow_resolution": 64, "shadow_taps": 4, "samples": 1,
                     "shadow_prefilter": 1, "shadow_compression": 0.01, "shadow_fallback": 0.01,
-                    "area_samples": 4, "environment_samples": 4, "environment_visibility": "rays",
+                    "area_samples": 4, "environment_samples": 4, "atmosphere_samples": 20,
+                    "environment_visibility": "rays",
                     "refraction": "auto", "refraction_samples": 4, "faithful": False},
     }
 

@@ -61,7 +61,8 @@ static const char full[] = BODY(
     "\"quality\":{\"shadows\":\"deep-linked\",\"transparency\":\"lists\","
     "\"light_lists\":\"linked\",\"blend_filter\":\"kim\",\"shadow_resolution\":2048,"
     "\"shadow_taps\":9,\"samples\":1,\"faithful\":true,"
-    "\"area_samples\":64,\"environment_samples\":32,\"environment_visibility\":\"rays\","
+    "\"area_samples\":64,\"environment_samples\":32,\"atmosphere_samples\":33,\"environment_"
+    "visibility\":\"rays\","
     "\"refraction\":\"off\",\"refraction_samples\":24,\"max_error\":0.01,\"budget_ms\":250},"
     "\"outputs\":[\"depth\",\"color\"],\"format\":\"exr\"");
 
@@ -254,6 +255,7 @@ static void override_and_quality_members_arrive(void **state)
     assert_int_equal(q->samples, 1);
     assert_true(!q->reference && q->area_samples == 64);
     assert_int_equal(q->environment_samples, 32);
+    assert_int_equal(q->atmosphere_samples, 33);
     assert_int_equal(q->refraction, REQUEST_REFRACTION_OFF);
     assert_int_equal(q->refraction_samples, 24);
     assert_int_equal(q->environment_visibility, REQUEST_VISIBILITY_RAYS);

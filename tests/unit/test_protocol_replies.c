@@ -616,7 +616,7 @@ static void every_technique_named_is_accepted_by_the_parser(void **state)
         }
     }
     assert_int_equal(accepted, 19);
-    assert_int_equal(json_array_size(json_object_get(json, "formats")), 4);
+    assert_int_equal(json_array_size(json_object_get(json, "formats")), 5);
     assert_int_equal(json_array_size(json_object_get(json, "scene_formats")),
                      1 + 8 * VITRAIL_WITH_ASSIMP + 2 * VITRAIL_WITH_OPENCASCADE);
     assert_int_equal(json_array_size(json_object_get(json, "overlays")), 2);

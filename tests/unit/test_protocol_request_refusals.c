@@ -381,6 +381,8 @@ static void bad_quality(void **state)
          "from 1 to 4096"},
         {Q("\"environment_visibility\":\"all\""), INVALID, "/quality/environment_visibility",
          "none, rays"},
+        {Q("\"atmosphere_samples\":4097"), INVALID, "/quality/atmosphere_samples",
+         "from 1 to 4096"},
         {Q("\"environment_samples\":0"), INVALID, "/quality/environment_samples", "from 1 to 4096"},
         {Q("\"area_samples\":4097"), INVALID, "/quality/area_samples", "from 1 to 4096"},
         {Q("\"shadow_compression\":0"), INVALID, "/quality/shadow_compression", "from 0.001"},

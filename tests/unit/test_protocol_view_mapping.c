@@ -55,7 +55,7 @@ static void every_member_of_a_request_reaches_the_view(void **state)
                    "\"light_lists\":\"linked\",\"blend_filter\":\"kim\",\"shadow_resolution\":256,"
                    "\"shadow_taps\":9,\"samples\":1,\"faithful\":true,"
                    "\"environment_samples\":8,\"environment_visibility\":\"rays\","
-                   "\"refraction\":\"off\",\"refraction_samples\":6},"
+                   "\"refraction\":\"off\",\"refraction_samples\":6,\"atmosphere_samples\":9},"
                    "\"outputs\":[\"color\",\"node\"]"));
     struct view_storage storage;
     struct view view;
@@ -114,7 +114,7 @@ static void every_member_of_a_request_reaches_the_view(void **state)
     assert_false(view_screen_from_request(&request, IMAGE_FORMAT_PNG).has_backdrop);
     assert_int_equal(view.quality.environment_samples, 8);
     assert_int_equal(view.quality.refraction, VIEW_REFRACTION_OFF);
-    assert_int_equal(view.quality.refraction_samples, 6);
+    assert_int_equal(view.quality.refraction_samples + view.quality.atmosphere_samples, 6 + 9);
     assert_int_equal(view.quality.environment_visibility, VIEW_VISIBILITY_RAYS);
     assert_int_equal(view.quality.shadows, SHADOWS_MAP);
     assert_int_equal(view.quality.transparency, TRANSPARENCY_LISTS);

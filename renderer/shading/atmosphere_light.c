@@ -1,0 +1,214 @@
+/* SPDX-License-Identifier: MIT */
+/* The grid of the haze, its passes and uniforms. */
+#include "renderer/shading/atmosphere_light.h"
+
+#include <epoxy/gl.h>
+#include <math.h>
+#include <stdio.h>
+
+#include "renderer/base/matrix.h"
+#include "renderer/environment/environment.h"
+#include "renderer/window/atmosphere_grid.h"
+
+#include "shaders/shared/bindings.h"
+
+static const double FRONT = 0.25;      /* share of the slices before the scene, where it is far */
+static const double OPAQUE_DEPTH = 14; /* optical: nothing behind it is seen */
+
+static const char reach_pass[] = "atmosphere.reach", sum_pass[] = "atmosphere.sum";
+static const char technique[] = "froxels", because[] = "lights shine into the atmosphere";
+
+bool atmosphere_is_lit(const struct window_frame *frame)
+{
+    return atmosphere_is_seen(frame->view) && frame->state->light_count > 0;
+}
+
+const char *atmosphere_defines(const struct view *view)
+{
+    return atmosphere_is_seen(view) ? " HAS_ATMOSPHERE" : "";
+}
+
+/* ---- the grid ---- */
+
+/* Depths of the scene's box; of the view alone, so that tiles agree. */
+static void find_depths(const struct window_frame *frame, double *nearest, double *farthest)
+{
+    const struct scene_state *state = frame->state;
+    const struct camera *camera = frame->camera;
+    *nearest = INFINITY;
+    *farthest = 0;
+    for (int corner = 0; corner < 8; corner++) {
+        double world[3], view[3];
+        for (int k = 0; k < 3; k++)
+            world[k] = corner >> k & 1 ? state->bounds_max[k] : state->bounds_min[k];
+        camera_to_view(camera, world, view);
+        *nearest = fmin(*nearest, view[2]);
+        *farthest = fmax(*farthest, view[2]);
+    }
+    *nearest = isfinite(*nearest) ? fmax(*nearest, 0) : 0;
+    if (!(*farthest > 1e-6) || !isfinite(*farthest))
+        *farthest = 1;
+}
+
+static void set_slices(const struct window_frame *frame, const struct gl_program *program)
+{
+    const struct view_atmosphere *air = &frame->view->atmosphere;
+    double nearest, farthest, front;
+    find_depths(frame, &nearest, &farthest);
+    if (!(air->falloff_m > 0)) { /* even: nothing is seen through so much of it */
+        farthest = fmin(farthest, OPAQUE_DEPTH / air->density_per_m);
+        nearest = fmin(nearest, farthest / 2);
+    }
+    front = nearest > 0.1 * farthest ? FRONT : 0;
+    if (front == 0)
+        nearest = 0;
+    gl_program_set_f4(
+        program, "u_atmosphere_slices",
+        (const float[4]){(float)nearest, (float)fmax(farthest - nearest, 1e-6), (float)front, 0});
+}
+
+static void set_grid(const struct window_frame *frame, const struct gl_program *program)
+{
+    const struct atmosphere_grid grid = atmosphere_grid_of(frame->view, &frame->window);
+    const uint32_t size[3] = {(uint32_t)grid.columns, (uint32_t)grid.rows, (uint32_t)grid.slices};
+    gl_program_set_u3(program, "u_atmosphere_grid", size);
+    gl_program_set_i2(program, "u_atmosphere_first", grid.first_x, grid.first_y);
+    gl_program_set_f(program, "u_atmosphere_side_px", (float)grid.side_px);
+    set_slices(frame, program);
+}
+
+/* ---- uniforms ---- */
+
+/* What it scatters of the hemisphere and the map, as from all around. */
+static void find_ambient(const struct window_frame *frame, float ambient[3])
+{
+    const struct scene_state *state = frame->state;
+    double map[3] = {0, 0, 0};
+    if (view_has_environment(frame->view))
+        environment_light_mean(frame->environment, map);
+    for (int k = 0; k < 3; k++) {
+        double around = state->has_environment ? 0.5 * (state->sky[k] + state->ground[k]) : 0;
+        ambient[k] = (float)(frame->view->atmosphere.color[k] * (around + map[k]));
+    }
+}
+
+static void set_haze(const struct window_frame *frame, const struct gl_program *program)
+{
+    const struct view_atmosphere *air = &frame->view->atmosphere;
+    double axes[3][3], rate = air->falloff_m > 0 ? 1 / air->falloff_m : 0;
+    float ambient[3];
+    camera_axes(frame->camera, axes);
+    gl_program_set_f4(program, "u_atmosphere",
+                      (const float[4]){(float)air->density_per_m, (float)rate,
+                                       (float)((frame->camera->eye[1] - air->base_m) * rate),
+                                       (float)air->anisotropy});
+    gl_program_set_f3(program, "u_atmosphere_up",
+                      (const float[3]){(float)axes[0][1], (float)axes[1][1], (float)axes[2][1]});
+    gl_program_set_f3(program, "u_atmosphere_color", air->color);
+    find_ambient(frame, ambient);
+    gl_program_set_f3(program, "u_atmosphere_ambient", ambient);
+}
+
+void atmosphere_bind(const struct window_frame *frame, const struct gl_program *program)
+{
+    set_haze(frame, program);
+    set_grid(frame, program);
+    if (frame->targets->atmosphere_sums.name)
+        gl_buffer_bind_storage(&frame->targets->atmosphere_sums, BIND_ATMOSPHERE_SUMS);
+}
+
+/* ---- the passes ---- */
+
+static struct program_desc reach_program(const struct window_frame *frame, char defines[64])
+{
+    snprintf(defines, 64, "SAMPLES=%d%s", frame->targets->samples,
+             frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "");
+    return (struct program_desc){.label = "atmosphere_reach.comp.glsl",
+                                 .compute = "atmosphere_reach.comp.glsl",
+                                 .defines = defines};
+}
+
+static const struct program_desc sum_program = {.label = "atmosphere_sum.comp.glsl",
+                                                .compute = "atmosphere_sum.comp.glsl"};
+
+void atmosphere_list_programs(const struct window_frame *frame, struct program_list *list)
+{
+    char defines[64];
+    const struct program_desc reach = reach_program(frame, defines);
+    program_list_add(list, reach_pass, &reach, false);
+    program_list_add(list, sum_pass, &sum_program, false);
+}
+
+/* Runs a program once per column or corner. */
+static bool run(const struct window_frame *frame, const char *pass, const struct program_desc *desc,
+                uint64_t count, struct error *err)
+{
+    const struct gl_program *program = program_cache_get(frame->programs, desc, err);
+    if (!program)
+        return false;
+    gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){.pass = pass,
+                                                              .because = because,
+                                                              .technique = technique,
+                                                              .stage = REPORT_SHADE});
+    gl_program_use(program);
+    window_set_view_ray(frame, program);
+    window_bind_targets(frame, program);
+    set_grid(frame, program);
+    gl_buffer_bind_storage(&frame->targets->atmosphere, BIND_ATMOSPHERE);
+    gl_buffer_bind_storage(&frame->targets->atmosphere_reach, BIND_ATMOSPHERE_REACH);
+    gl_buffer_bind_storage(&frame->targets->atmosphere_sums, BIND_ATMOSPHERE_SUMS);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
+                    GL_FRAMEBUFFER_BARRIER_BIT);
+    window_dispatch_items(count);
+    gpu_scope_end(frame->timeline);
+    return true;
+}
+
+bool atmosphere_begin(const struct window_frame *frame, struct error *err)
+{
+    const struct atmosphere_grid grid = atmosphere_grid_of(frame->view, &frame->window);
+    char defines[64];
+    const struct program_desc reach = reach_program(frame, defines);
+    uint64_t columns = atmosphere_columns(&grid);
+    uint64_t slices_bytes = (uint64_t)grid.slices * ATMOSPHERE_SLICE_BYTES;
+    return targets_prepare_atmosphere(frame->targets, columns * slices_bytes,
+                                      columns * sizeof(float),
+                                      atmosphere_corners(&grid) * slices_bytes, err) &&
+           run(frame, reach_pass, &reach, columns, err);
+}
+
+bool atmosphere_end(const struct window_frame *frame, struct error *err)
+{
+    const struct atmosphere_grid grid = atmosphere_grid_of(frame->view, &frame->window);
+    return run(frame, sum_pass, &sum_program, atmosphere_corners(&grid), err);
+}
+
+static void bind_points(const struct window_frame *frame, const struct gl_program *program)
+{
+    double whole;
+    gl_buffer_bind_storage(&frame->targets->atmosphere, BIND_ATMOSPHERE);
+    gl_buffer_bind_storage(&frame->targets->atmosphere_reach, BIND_ATMOSPHERE_REACH);
+    gl_program_set_u2(program, "u_size_px", (uint32_t)frame->window.width,
+                      (uint32_t)frame->window.height);
+    gl_program_set_f(program, "u_atmosphere_offset",
+                     (float)modf(frame->round * 0.5698402909980532, &whole)); /* Roberts 2018, R2 */
+}
+
+const struct surface_kind atmosphere_points = {
+    .pass = "atmosphere.light",
+    .program = "atmosphere_light.comp.glsl",
+    .order = SURFACES_IN_ITEMS,
+    .slice_kind = TIME_SLICE_LAYERS,
+    .bind = bind_points,
+};
+
+struct surface_set atmosphere_set(const struct window_frame *frame)
+{
+    const struct atmosphere_grid grid = atmosphere_grid_of(frame->view, &frame->window);
+    return (struct surface_set){
+        .kind = &atmosphere_points,
+        .count = atmosphere_columns(&grid) * (uint64_t)grid.slices,
+        .technique = technique,
+        .because = "lights shine into the atmosphere",
+    };
+}

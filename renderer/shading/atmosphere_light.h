@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: MIT */
+/* Haze in rasterised pictures (struct view_atmosphere): a grid over the window in which the light
+ * that it scatters towards the eye is found, for every pixel and layer to look up. Columns of
+ * pixels lie fast in the image and are cut into slices by depth, the last of which has no end
+ * (Wronski 2014, "Volumetric Fog: Unified Compute Shader-Based Solution to Atmospheric
+ * Scattering"). The light of a slice is that of one point per light, through its shadow; what the
+ * haze takes away is exact. Thread: GL, but for the list. */
+#ifndef VITRAIL_RENDERER_SHADING_ATMOSPHERE_LIGHT_H
+#define VITRAIL_RENDERER_SHADING_ATMOSPHERE_LIGHT_H
+
+#include "renderer/window/atmosphere_grid.h"
+#include "renderer/window/surface_set.h"
+#include "renderer/window/window.h"
+
+/* Whether some light of the frame lights the haze of the view. */
+bool atmosphere_is_lit(const struct window_frame *frame);
+
+/* #define items of programs that look through it, each behind a space; "" without haze. */
+const char *atmosphere_defines(const struct view *view);
+
+/* What lighting and compositing read of it; with haze. */
+void atmosphere_bind(const struct window_frame *frame, const struct gl_program *program);
+
+/* Makes room for the grid where it is absent, and finds how far each column is seen. */
+MUST_CHECK bool atmosphere_begin(const struct window_frame *frame, struct error *err);
+/* The slices, which are lit as surfaces are. */
+struct surface_set atmosphere_set(const struct window_frame *frame);
+/* With the light of all lights in the slices: sums it along the columns. */
+MUST_CHECK bool atmosphere_end(const struct window_frame *frame, struct error *err);
+
+extern const struct surface_kind atmosphere_points;
+/* The programs of the other two passes. Thread: any. */
+void atmosphere_list_programs(const struct window_frame *frame, struct program_list *list);
+
+#endif

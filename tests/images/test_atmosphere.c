@@ -1,0 +1,497 @@
+/* SPDX-License-Identifier: MIT */
+/* Haze in rasterised pictures against closed forms: what it scatters of suns and lamps, what it
+ * lets through, between layers and through shadows, and that nothing else of a frame changes. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "glb/glb_builder.h"
+#include "glb/shapes.h"
+#include "renderer/frame/renderer_internal.h"
+#include "tests/support/image_checks.h"
+
+enum { WIDTH = 160, HEIGHT = 90 };
+
+static const double wall_z = -8; /* the camera stands at 0 and looks along -z */
+static const double pane_z = -3;
+static const double stain[3] = {0.9, 0.4, 0.1};
+
+static void add(struct glb_builder *builder, const struct glb_material_desc *material,
+                const double low[3], const double high[3])
+{
+    struct shape shape = {0};
+    shape_add_box(&shape, low, high);
+    int mesh = shape_give_mesh(&shape, builder, material->name,
+                               glb_builder_add_material(builder, material));
+    glb_builder_add_node(builder, &(struct glb_node_desc){.name = material->name, .mesh = mesh});
+}
+
+/* A wall that fills the view and sends `glow` whatever lights it; before it, where asked for, a
+ * stained sheet over the left half, and a black block that keeps a sun from above off what is
+ * behind x > 0.5. */
+struct stage {
+    double wall_glow;
+    bool has_pane, has_block;
+};
+
+static void open_stage(struct rig_scene *rig, struct renderer *renderer, const struct stage *stage)
+{
+    const double level = stage->wall_glow / 4;
+    const struct glb_material_desc wall = {.name = "Wall",
+                                           .base_color = {0, 0, 0, 1},
+                                           .roughness = 1,
+                                           .metallic = 1,
+                                           .emissive = {level, level, level},
+                                           .emissive_strength = 4};
+    const struct glb_material_desc pane = {.name = "Pane",
+                                           .base_color = {stain[0], stain[1], stain[2], 1},
+                                           .roughness = 1,
+                                           .transmission = 1,
+                                           .is_double_sided = true,
+                                           .has_ior = true,
+                                           .ior = 1};
+    const struct glb_material_desc block = {
+        .name = "Block", .base_color = {0, 0, 0, 1}, .roughness = 1, .metallic = 1};
+    struct error err = {0};
+    struct glb_builder *builder = glb_builder_create("Haze", &err);
+    void *glb;
+    size_t size_bytes;
+    assert_non_null(builder);
+    add(builder, &wall, (const double[]){-20, -20, wall_z - 1}, (const double[]){20, 20, wall_z});
+    if (stage->has_pane) {
+        struct shape sheet = {0};
+        shape_add_quad(&sheet, (const double[]){-10, -10, pane_z}, (const double[]){10, 0, 0},
+                       (const double[]){0, 20, 0});
+        int mesh =
+            shape_give_mesh(&sheet, builder, "Pane", glb_builder_add_material(builder, &pane));
+        glb_builder_add_node(builder, &(struct glb_node_desc){.name = "Pane", .mesh = mesh});
+    }
+    if (stage->has_block)
+        add(builder, &block, (const double[]){0.5, 10, -19}, (const double[]){20, 11, 19});
+    if (!glb_builder_finish(builder, &glb, &size_bytes, &err))
+        fail_msg("%s", err.message);
+    glb_builder_destroy(builder);
+    rig_scene_open(rig, renderer, "haze", glb, size_bytes);
+    free(glb);
+}
+
+static const struct view_light sun = {.type = SCENE_LIGHT_DIRECTIONAL,
+                                      .direction = {0, -1, 0},
+                                      .color = {1, 0.8f, 0.5f},
+                                      .intensity = 30};
+static const struct view_light lamp = {.type = SCENE_LIGHT_POINT,
+                                       .position = {0.7, 0.4, -2.5},
+                                       .color = {1, 0.6f, 0.3f},
+                                       .intensity = 10,
+                                       .casts_no_shadow = true};
+
+static struct view look(const struct view_light *lights, size_t count)
+{
+    return (struct view){
+        .width_px = WIDTH,
+        .height_px = HEIGHT,
+        .camera = {.kind = VIEW_CAMERA_LOOK_AT, .target = {0, 0, -1}, .fov_y_deg = 50},
+        .lights = lights,
+        .light_count = count,
+        .atmosphere = {.density_per_m = 0.15, .color = {0.9f, 0.7f, 0.5f}, .anisotropy = 0.4},
+        .quality = {.samples = 1, .shadows = SHADOWS_DEEP},
+    };
+}
+
+static double phase(double g, double cosine)
+{
+    double d = 1 + g * g - 2 * g * cosine;
+    return (1 - g * g) / (4 * M_PI * d * sqrt(d));
+}
+
+/* The relative extinction at a height. */
+static double density(const struct view_atmosphere *air, double y)
+{
+    return air->falloff_m > 0 ? exp(-fmax(y - air->base_m, 0) / air->falloff_m) : 1;
+}
+
+static double depth(const struct view_atmosphere *air, const double p[3], const double q[3])
+{
+    enum { STEPS = 2000 };
+    double sum = 0, length = 0;
+    for (int k = 0; k < 3; k++)
+        length += (q[k] - p[k]) * (q[k] - p[k]);
+    for (int i = 0; i < STEPS; i++)
+        sum += density(air, p[1] + (q[1] - p[1]) * (i + 0.5) / STEPS);
+    return air->density_per_m * sqrt(length) * sum / STEPS;
+}
+
+/* Lit share [from, to] of the way to the wall, by the sun; whatever is beside it is dark. */
+static double sun_scattered(const struct view *view, const double way[3], double from, double to,
+                            int k)
+{
+    double s = view->atmosphere.density_per_m;
+    double cosine = way[1]; /* of the light's way, down, and that to the eye */
+    return (double)view->atmosphere.color[k] * (double)sun.color[k] * (double)sun.intensity *
+           phase(view->atmosphere.anisotropy, cosine) * (exp(-s * from) - exp(-s * to));
+}
+
+static double lamp_scattered(const struct view *view, const double way[3], double end, int k)
+{
+    enum { STEPS = 20000 };
+    const struct view_atmosphere *air = &view->atmosphere;
+    const double eye[3] = {0, 0, 0};
+    double sum = 0;
+    for (int i = 0; i < STEPS; i++) {
+        double t = end * (i + 0.5) / STEPS, p[3], d2 = 0, cosine = 0;
+        for (int j = 0; j < 3; j++) {
+            p[j] = t * way[j];
+            d2 += (p[j] - lamp.position[j]) * (p[j] - lamp.position[j]);
+            cosine += (p[j] - lamp.position[j]) * -way[j];
+        }
+        /* few steps for optical depths, which are smooth */
+        double tau = air->falloff_m > 0 ? depth(air, eye, p) + depth(air, p, lamp.position)
+                                        : air->density_per_m * (t + sqrt(d2));
+        sum += density(air, p[1]) * phase(air->anisotropy, cosine / sqrt(d2)) / d2 * exp(-tau);
+    }
+    return sum * end / STEPS * air->density_per_m * (double)air->color[k] * (double)lamp.color[k] *
+           (double)lamp.intensity;
+}
+
+/* The unit way of a pixel's ray, and how long it is to a plane across the view. */
+static double way_of(const struct view *view, int x, int y, double z, double way[3])
+{
+    double origin[3], length = 0;
+    view_ray(view, x, y, origin, way);
+    for (int k = 0; k < 3; k++)
+        length += way[k] * way[k];
+    length = sqrt(length);
+    for (int k = 0; k < 3; k++)
+        way[k] /= length;
+    return z / way[2];
+}
+
+static void expect(const struct image *image, int x, int y, int k, double expected,
+                   double tolerance, const char *what)
+{
+    double found = (double)image_pixel_f32(image, x, y)[k];
+    if (!(fabs(found - expected) <= tolerance * (expected + 1e-3)))
+        fail_msg("%s, pixel (%d, %d), channel %d: %.6f instead of %.6f", what, x, y, k, found,
+                 expected);
+}
+
+/* An even haze before a black wall under a sun, which nothing hides: color p E (1 - exp(-s d)). */
+static void even_haze_under_a_sun_is_exact(void **state)
+{
+    struct rig_scene rig;
+    struct view_light open_sun = sun;
+    open_sun.casts_no_shadow = true;
+    open_stage(&rig, *state, &(struct stage){.wall_glow = 0});
+    for (int ortho = 0; ortho < 2; ortho++) {
+        struct view view = look(&open_sun, 1);
+        view.camera.ortho_height = ortho ? 6 : 0;
+        struct image image = shoot_color(*state, &rig, &view);
+        for (int i = 0; i < 9; i++) {
+            int x = 4 + i % 3 * 70, y = 4 + i / 3 * 38;
+            double way[3] = {0, 0, -1};
+            double end = ortho ? -wall_z : way_of(&view, x, y, wall_z, way);
+            for (int k = 0; k < 3; k++)
+                expect(&image, x, y, k, sun_scattered(&view, way, 0, end, k), 2e-3, "sun");
+        }
+        image_finish(&image);
+    }
+    rig_scene_finish(&rig, *state);
+}
+
+static void lamps_agree_with_quadrature(void **state)
+{
+    struct rig_scene rig;
+    open_stage(&rig, *state, &(struct stage){.wall_glow = 0});
+    for (int fog = 0; fog < 2; fog++) {
+        struct view view = look(&lamp, 1);
+        view.quality.atmosphere_samples = 256;
+        if (fog)
+            view.atmosphere.falloff_m = 0.8, view.atmosphere.base_m = -0.5;
+        struct image image = shoot_color(*state, &rig, &view);
+        for (int i = 0; i < 9; i++) {
+            int x = 4 + i % 3 * 70, y = 4 + i / 3 * 38;
+            double way[3], end = way_of(&view, x, y, wall_z, way);
+            for (int k = 0; k < 3; k += fog ? 2 : 1)
+                expect(&image, x, y, k, lamp_scattered(&view, way, end, k), 0.02, "lamp");
+        }
+        image_finish(&image);
+    }
+    rig_scene_finish(&rig, *state);
+}
+
+/* What the haze lets through of a wall that glows, even and thinning out above a height. */
+static void what_is_behind_is_dimmed(void **state)
+{
+    const double glow = 2;
+    struct rig_scene rig;
+    open_stage(&rig, *state, &(struct stage){.wall_glow = glow});
+    for (int fog = 0; fog < 3; fog++) {
+        struct view view = look(NULL, 0);
+        view.studio = VIEW_STUDIO_OFF;
+        view.atmosphere.falloff_m = fog == 1 ? 0.6 : fog == 2 ? 1e6 : 0;
+        view.atmosphere.base_m = -0.4;
+        struct image image = shoot_color(*state, &rig, &view);
+        for (int i = 0; i < 9; i++) {
+            int x = 4 + i % 3 * 70, y = 4 + i / 3 * 38;
+            double way[3], eye[3] = {0, 0, 0}, end = way_of(&view, x, y, wall_z, way);
+            const double wall[3] = {end * way[0], end * way[1], end * way[2]};
+            expect(&image, x, y, 1, glow * exp(-depth(&view.atmosphere, eye, wall)), 2e-4, "wall");
+        }
+        image_finish(&image);
+    }
+    rig_scene_finish(&rig, *state);
+}
+
+/* A lamp is dimmed on its way to surfaces, a sun is not. */
+static void lamps_are_dimmed_on_their_way(void **state)
+{
+    struct rig_scene rig;
+    open_stage(&rig, *state, &(struct stage){.has_pane = true});
+    struct view_light light = lamp;
+    for (int is_sun = 0; is_sun < 2; is_sun++) {
+        struct view view = look(&light, 1), clear;
+        if (is_sun)
+            light = (struct view_light){.type = SCENE_LIGHT_DIRECTIONAL,
+                                        .direction = {0, 0, -1},
+                                        .color = {1, 1, 1},
+                                        .intensity = 3,
+                                        .casts_no_shadow = true};
+        view.atmosphere.color[0] = view.atmosphere.color[1] = view.atmosphere.color[2] = 0;
+        static const struct view_material_override white[1] = {{.material = "Wall",
+                                                                .has_base_color = true,
+                                                                .base_color = {1, 1, 1, 1},
+                                                                .has_metallic = true}};
+        view.materials = white;
+        view.material_override_count = 1;
+        clear = view;
+        clear.atmosphere.density_per_m = 0;
+        struct image image = shoot_color(*state, &rig, &view);
+        struct image bare = shoot_color(*state, &rig, &clear);
+        for (int x = 84; x < WIDTH; x += 25) {
+            double way[3], eye[3] = {0, 0, 0}, end = way_of(&view, x, 45, wall_z, way);
+            const double wall[3] = {end * way[0], end * way[1], end * way[2]};
+            double tau = depth(&view.atmosphere, eye, wall) +
+                         (is_sun ? 0 : depth(&view.atmosphere, wall, lamp.position));
+            double unlost = (double)image_pixel_f32(&bare, x, 45)[1];
+            expect(&image, x, 45, 1, unlost * exp(-tau), 1e-3, is_sun ? "sun" : "lamp");
+        }
+        image_finish(&image);
+        image_finish(&bare);
+    }
+    rig_scene_finish(&rig, *state);
+}
+
+/* A sheet of glass in the haze: what scatters before it is seen as it is, what scatters behind it
+ * through it. */
+static void layers_lie_in_the_haze(void **state)
+{
+    struct rig_scene rig;
+    struct view_light open_sun = sun;
+    open_sun.casts_no_shadow = true;
+    open_stage(&rig, *state, &(struct stage){.has_pane = true});
+    static const int samples[] = {1, 4};
+    for (size_t i = 0; i < 2; i++) {
+        struct view view = look(&open_sun, 1);
+        view.quality.samples = samples[i];
+        struct image image = shoot_color(*state, &rig, &view);
+        for (int x = 5; x < 70; x += 16) {
+            double way[3], end = way_of(&view, x, 60, wall_z, way), pane = end * pane_z / wall_z;
+            for (int k = 0; k < 3; k++)
+                expect(&image, x, 60, k,
+                       sun_scattered(&view, way, 0, pane, k) +
+                           stain[k] * sun_scattered(&view, way, pane, end, k),
+                       4e-3, "behind the pane");
+        }
+        image_finish(&image);
+    }
+    rig_scene_finish(&rig, *state);
+}
+
+/* The shadow of a block in the haze: from where the ray enters it on there is no light. */
+static void shadows_are_in_the_haze(void **state)
+{
+    static const enum shadow_technique techniques[] = {SHADOWS_MAP, SHADOWS_DEEP,
+                                                       SHADOWS_DEEP_LINKED};
+    struct rig_scene rig;
+    open_stage(&rig, *state, &(struct stage){.has_block = true});
+    for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {
+        struct view view = look(&sun, 1);
+        view.quality.shadows = techniques[i];
+        view.quality.atmosphere_samples = 256;
+        struct image image = shoot_color(*state, &rig, &view);
+        for (int x = 100; x < WIDTH; x += 13) {
+            double way[3], end = way_of(&view, x, 45, wall_z, way), dark = fmin(0.5 / way[0], end);
+            for (int k = 0; k < 3; k++)
+                expect(&image, x, 45, k, sun_scattered(&view, way, 0, dark, k), 0.03,
+                       shadow_technique_name((int)techniques[i]));
+        }
+        image_finish(&image);
+    }
+    rig_scene_finish(&rig, *state);
+}
+
+/* Around is the same radiance: dense haze has it, times its colour. */
+static void light_from_all_around_is_scattered(void **state)
+{
+    struct rig_scene rig;
+    open_stage(&rig, *state, &(struct stage){.wall_glow = 0});
+    struct view view = look(NULL, 0);
+    view.has_environment = true;
+    view.sky[0] = view.sky[1] = view.sky[2] = 3;
+    view.ground[0] = view.ground[1] = view.ground[2] = 1;
+    view.atmosphere.density_per_m = 5;
+    struct image image = shoot_color(*state, &rig, &view);
+    for (int k = 0; k < 3; k++)
+        expect(&image, 80, 45, k, 2 * (double)view.atmosphere.color[k], 1e-4, "all around");
+    image_finish(&image);
+    rig_scene_finish(&rig, *state);
+}
+
+/* Tiles have the bits of the whole, and lights in parts the same light. */
+static void tiles_and_parts_agree(void **state)
+{
+    enum { MANY = 60 };
+    struct rig_scene rig;
+    struct renderer *renderer = *state;
+    struct view_light many[MANY];
+    for (int i = 0; i < MANY; i++) {
+        many[i] = i % 2 ? lamp : sun;
+        many[i].casts_no_shadow = false;
+        many[i].intensity /= MANY / 2;
+        many[i].direction[0] = 0.01 * i;
+        many[i].position[0] = 0.05 * i - 1;
+        many[i].range = i % 4 == 1 ? 3 : 0;
+    }
+    open_stage(&rig, renderer, &(struct stage){.has_pane = true, .has_block = true});
+    struct view view = look(many, MANY), tile;
+    view.quality.samples = 4;
+    view.quality.shadow_resolution = 128;
+    struct image whole = shoot_color(renderer, &rig, &view);
+    tile = view;
+    tile.tile = (struct view_tile){.x_px = 53, .y_px = 22, .width_px = 61, .height_px = 47};
+    struct image part = shoot_color(renderer, &rig, &tile);
+    for (int y = 0; y < 47; y++)
+        if (memcmp(image_pixel_f32(&part, 0, y), image_pixel_f32(&whole, 53, 22 + y),
+                   61 * 4 * sizeof(float)) != 0)
+            fail_msg("row %d of the tile has other bits", y);
+    const uint64_t most_bytes = renderer->shadow_most_bytes;
+    const uint64_t loop_steps = renderer->frames.shade.loop_steps;
+    for (int way = 0; way < 2; way++) {
+        struct frame frame;
+        renderer->shadow_most_bytes = way ? most_bytes : 2 << 20;
+        renderer->frames.shade.loop_steps = way ? 20000 : loop_steps;
+        renderer_drop_structures(renderer, rig.key);
+        shoot(renderer, &rig, &view, &frame);
+        if (way)
+            assert_int_in_range(frame.report.counts.light_chunks, 2, 100);
+        else
+            assert_int_in_range(frame.report.counts.light_batches, 2, 100);
+        assert_images_close(&frame.outputs[VIEW_OUTPUT_COLOR], &whole, 0.01, 1e-4);
+        frame_finish(&frame);
+    }
+    renderer->shadow_most_bytes = most_bytes;
+    renderer->frames.shade.loop_steps = loop_steps;
+    image_finish(&whole);
+    image_finish(&part);
+    rig_scene_finish(&rig, renderer);
+}
+
+/* Haze that comes and goes leaves surfaces, lists and shadows as they were. */
+static void nothing_else_is_built_anew(void **state)
+{
+    struct rig_scene rig;
+    open_stage(&rig, *state, &(struct stage){.has_pane = true, .has_block = true});
+    struct view view = look(&sun, 1);
+    struct frame frame;
+    for (int step = 0; step < 3; step++) {
+        view.atmosphere.density_per_m = 0.1 * step;
+        shoot(*state, &rig, &view, &frame);
+        assert_int_equal(frame.report.counts.shadow_maps_built, step == 0);
+        assert_int_equal(frame.report.counts.gbuffers_drawn, step == 0);
+        assert_int_equal(frame.report.counts.pixel_lists_built, step == 0);
+        assert_true(report_has_pass(&frame.report, "atmosphere.light", "froxels") == (step > 0));
+        frame_finish(&frame);
+    }
+    rig_scene_finish(&rig, *state);
+}
+
+static void refused(struct renderer *renderer, const struct rig_scene *rig, const struct view *view,
+                    const char *what)
+{
+    struct error err = {0};
+    struct frame frame;
+    assert_false(renderer_render(renderer, rig->key, view, &frame, &err));
+    assert_int_equal(err.code, ERROR_INVALID_REQUEST);
+    if (!strstr(err.message, what))
+        fail_msg("'%s' does not name %s", err.message, what);
+}
+
+static void what_cannot_be_lit_is_refused(void **state)
+{
+    struct rig_scene rig;
+    open_stage(&rig, *state, &(struct stage){.has_block = true});
+    struct view view = look(&sun, 1);
+    view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
+    refused(*state, &rig, &view, "raytraced-shadows");
+    view.quality.shadows = SHADOWS_RAYTRACED;
+    refused(*state, &rig, &view, "raytraced");
+    view.quality.shadows = SHADOWS_AUTO;
+    view.quality.reference = true;
+    refused(*state, &rig, &view, "reference");
+    view.quality.reference = false;
+    view.quality.shadows = SHADOWS_DEEP;
+    view.quality.light_lists = VIEW_LIGHT_LISTS_LINKED;
+    refused(*state, &rig, &view, "light_lists");
+    view.quality.light_lists = VIEW_LIGHT_LISTS_AUTO;
+    view.atmosphere.anisotropy = 1;
+    refused(*state, &rig, &view, "anisotropy");
+    rig_scene_finish(&rig, *state);
+}
+
+/* Haze of any thickness, near and far, gives numbers. */
+static void extremes_are_sound(void **state)
+{
+    static const double densities[] = {1e-9, 1e-3, 1e3, 1e6}, falloffs[] = {0, 1e-6, 1, 1e9};
+    struct view_light lights[] = {sun, lamp};
+    struct rig_scene rig;
+    open_stage(&rig, *state, &(struct stage){.has_pane = true, .has_block = true});
+    for (size_t i = 0; i < 4; i++)
+        for (size_t k = 0; k < 4; k++) {
+            struct view view = look(lights, 2);
+            view.width_px = 48;
+            view.height_px = 27;
+            view.atmosphere.density_per_m = densities[i];
+            view.atmosphere.falloff_m = falloffs[k];
+            view.atmosphere.base_m = k == 2 ? 1e6 : k == 3 ? -1e6 : 0;
+            view.atmosphere.anisotropy = k % 2 ? 0.95 : -0.95;
+            lights[1].position[2] = k == 1 ? 0 : k == 2 ? -1e-9 : -2.5; /* where the eye is */
+            lights[1].position[0] = lights[1].position[1] = k == 0 ? 0.4 : 0;
+            view.camera.ortho_height = i == 3 && k == 3 ? 4 : 0;
+            struct image image = shoot_color(*state, &rig, &view);
+            assert_image_is_sound(&image, 1e30);
+            image_finish(&image);
+        }
+    rig_scene_finish(&rig, *state);
+}
+
+int main(void)
+{
+    static const struct CMUnitTest tests[] = {
+        cmocka_unit_test(even_haze_under_a_sun_is_exact),
+        cmocka_unit_test(lamps_agree_with_quadrature),
+        cmocka_unit_test(what_is_behind_is_dimmed),
+        cmocka_unit_test(lamps_are_dimmed_on_their_way),
+        cmocka_unit_test(layers_lie_in_the_haze),
+        cmocka_unit_test(shadows_are_in_the_haze),
+        cmocka_unit_test(light_from_all_around_is_scattered),
+        cmocka_unit_test(tiles_and_parts_agree),
+        cmocka_unit_test(nothing_else_is_built_anew),
+        cmocka_unit_test(what_cannot_be_lit_is_refused),
+        cmocka_unit_test(extremes_are_sound),
+    };
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
+}
