@@ -57,8 +57,6 @@ static bool refuse(const struct technique_demand *demand, unsigned missing, stru
                          "%s follow the clustered light lists: light_lists must be auto or "
                          "clustered",
                          shadow_technique_name((int)quality->shadows));
-    if (missing & SHADOW_CAN_ATMOSPHERE && quality->reference)
-        return error_set(err, ERROR_INVALID_REQUEST, "the reference draws no atmosphere");
     if (missing & SHADOW_CAN_ATMOSPHERE) {
         shadow_techniques_text(SHADOW_CAN_ATMOSPHERE, 0, others);
         return error_set(err, ERROR_INVALID_REQUEST, "%s draws no atmosphere: shadows must be %s",
@@ -86,8 +84,8 @@ bool technique_check(const struct technique_demand *demand, struct technique_lac
 {
     enum shadow_technique shadows = demand->quality->shadows;
     unsigned can = shadow_technique_rows[shadows].can;
-    if (demand->quality->reference)
-        can &= shadow_technique_rows[SHADOWS_RAYTRACED].can;
+    if (demand->quality->reference) /* which sees haze, unlike the production form */
+        can |= SHADOW_CAN_ATMOSPHERE;
     unsigned missing = needs_of(demand) & ~can;
     lacks->count = 0;
     if (!refuse(demand, missing, err))

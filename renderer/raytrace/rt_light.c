@@ -6,6 +6,7 @@
 
 #include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_environment.h"
+#include "renderer/raytrace/rt_haze.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_reflect.h"
 #include "renderer/raytrace/rt_terminator.h"
@@ -94,8 +95,9 @@ static void add_arrival(struct rt_lighting *lighting, const struct state_light *
         return;
     if (light->casts_shadow && casts_shadows(lighting))
         rt_transmittance(lighting, arrival, point, hit, transmittance);
+    double gain = arrival->gain * rt_haze_arrives(lighting->scene, lighting->view, arrival, point);
     for (int k = 0; k < 3; k++)
-        out[k] += reflected[k] * transmittance[k] * arrival->gain * (double)light->color[k];
+        out[k] += reflected[k] * transmittance[k] * gain * (double)light->color[k];
 }
 
 static void add_environment(struct rt_lighting *lighting, const struct rt_hit *hit,

@@ -44,7 +44,7 @@ void rt_light_media(const struct rt_scene *scene, const struct rt_arrival *arriv
 
 /* Transmittance between an arriving light and a point (relative to rt_scene.origin). `on`: the hit
  * that the point lies on, or NULL. Surfaces must be strictly nearer to the light than the point, by
- * the scene's relative epsilon. Outside of this module, tests ask it at single points. */
+ * the scene's relative epsilon. */
 void rt_transmittance(struct rt_lighting *lighting, const struct rt_arrival *arrival,
                       const double point[3], const struct rt_hit *on, double out[3]);
 

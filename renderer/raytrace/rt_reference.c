@@ -54,9 +54,11 @@ static void trace_rows(void *worker)
 static bool tracer_init(void *worker, struct rt_job *job, struct error *err)
 {
     struct tracer *tracer = worker;
+    const struct camera *camera = job->desc->camera;
     const struct rt_walker_desc desc = {.scene = job->scene,
                                         .view = job->desc->view,
                                         .environment = job->desc->environment,
+                                        .begin = camera->is_orthographic ? -camera->z_near : 0,
                                         .branches = rt_walk_branches(job->desc->view, 1)};
     tracer->job = job;
     if (!rt_walker_init(&tracer->walker, &desc, err))

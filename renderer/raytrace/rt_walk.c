@@ -5,6 +5,7 @@
 #include "protocol/quality_defaults.h"
 #include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_bend.h"
+#include "renderer/raytrace/rt_haze.h"
 #include "renderer/raytrace/rt_path.h"
 
 enum { ALL_CHANNELS = -1 };
@@ -278,6 +279,19 @@ static void end(const struct walk *walk, bool is_opaque, struct rt_seen *seen)
     }
 }
 
+/* Media and haze between two numbers of the ray's direction. */
+static void pass(struct walk *walk, const double range[2], double from, double to)
+{
+    struct rt_walker *walker = walk->walker;
+    if (rt_haze_is_there(walker->desc.view)) {
+        struct rt_haze_way way = {.ray = &walk->ray, .from = from, .to = to, .range = range};
+        memcpy(way.sigma, walk->sigma, sizeof way.sigma);
+        rt_haze_pass(&walker->lighting, &way, walk->through, walk->radiance);
+    }
+    if (isfinite(to))
+        rt_media_pass(walk->sigma, &walk->ray, range, from, to, walk->through);
+}
+
 static bool is_dark(const struct walk *walk)
 {
     return !(walk->through[0] > 0 || walk->through[1] > 0 || walk->through[2] > 0);
@@ -288,7 +302,7 @@ static bool walk_straight(struct walk *walk, struct rt_seen *seen)
 {
     struct rt_walker *walker = walk->walker;
     const struct rt_scene *scene = walker->desc.scene;
-    double t = 0, range[2];
+    double t = walk->bends ? 0 : walker->desc.begin, range[2];
     if (walk->bends && is_dark(walk)) {
         end(walk, true, seen);
         return false;
@@ -298,7 +312,7 @@ static bool walk_straight(struct walk *walk, struct rt_seen *seen)
     rt_scene_kept_range(scene, &walk->ray, range);
     for (size_t i = 0; i < walker->hits.count; i++) {
         const struct rt_hit hit = walker->hits.hits[i]; /* other pieces use the list, too */
-        rt_media_pass(walk->sigma, &walk->ray, range, t, hit.t, walk->through);
+        pass(walk, range, t, hit.t);
         if (walk->bends < RT_BENDS_MAX && rt_walk_bends(scene, &hit)) {
             if (meet_bend(walk, &hit, false, seen))
                 return true;
@@ -317,6 +331,7 @@ static bool walk_straight(struct walk *walk, struct rt_seen *seen)
             return false;
         }
     }
+    pass(walk, range, t, INFINITY);
     end(walk, false, seen);
     return false;
 }

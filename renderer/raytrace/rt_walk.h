@@ -20,6 +20,8 @@ struct rt_walker_desc {
      * orthographic cameras anywhere; NULL: textures are read at their finest level. */
     const double (*way)[3];
     bool is_orthographic;
+    double begin; /* of camera rays: where their way begins, behind the origin of orthographic ones
+                   */
 };
 
 struct rt_walker {

@@ -86,6 +86,16 @@ vec3 scattered_directional(light_record r, stretch s, float begin, float end, fl
     return scattered_at(r, from + at * min(end - begin, 1e6) * s.way, s.way, lost);
 }
 
+// How wide the view is at a lamp, over its width at depth 1.
+float column_scale(vec3 position)
+{
+#ifdef IS_ORTHOGRAPHIC
+    return 1.0;
+#else
+    return abs(position.z);
+#endif
+}
+
 // The point of a lamp is drawn by its distance: Kulla and Fajardo 2012, "Importance Sampling
 // Techniques for Path Tracing in Participating Media", section 4.1, by sums of angles, so that
 // those of far points keep their digits.
@@ -93,7 +103,9 @@ vec3 scattered_lamp(light_record r, stretch s, float begin, float end, float off
 {
     vec3 to_light = r.position_range.xyz - s.origin;
     float nearest = dot(to_light, s.way);
-    float apart = max(length(to_light - nearest * s.way), NEAREST);
+    // around a lamp itself 1 / distance has the mean over the column: 4 / width
+    float width = u_atmosphere_side_px * u_window.z * column_scale(r.position_range.xyz);
+    float apart = max(length(to_light - nearest * s.way), max(0.25 * width, NEAREST));
     float first = begin - nearest, last = end - nearest;
     float angle = atan(apart * (last - first), apart * apart + first * last);
     float c = cos(offset * angle), sine = sin(offset * angle);

@@ -42,7 +42,6 @@ class Haze(support.ServiceTest):
     def test_what_draws_none_refuses_it(self):
         for quality, word in (({"shadows": "raytraced"}, "raytraced"),
                               ({"shadows": "raytraced-shadows"}, "raytraced-shadows"),
-                              ({"reference": True}, "reference"),
                               ({"light_lists": "linked"}, "light_lists")):
             reply = self.daemon.render(self.scene, **LOOK, quality=quality,
                                        atmosphere={"density": 0.2})

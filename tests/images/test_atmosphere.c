@@ -11,7 +11,9 @@
 
 #include "glb/glb_builder.h"
 #include "glb/shapes.h"
+#include "renderer/base/matrix.h"
 #include "renderer/frame/renderer_internal.h"
+#include "renderer/scene/atmosphere.h"
 #include "tests/support/image_checks.h"
 
 enum { WIDTH = 160, HEIGHT = 90 };
@@ -108,21 +110,12 @@ static double phase(double g, double cosine)
     return (1 - g * g) / (4 * M_PI * d * sqrt(d));
 }
 
-/* The relative extinction at a height. */
-static double density(const struct view_atmosphere *air, double y)
-{
-    return air->falloff_m > 0 ? exp(-fmax(y - air->base_m, 0) / air->falloff_m) : 1;
-}
-
 static double depth(const struct view_atmosphere *air, const double p[3], const double q[3])
 {
-    enum { STEPS = 2000 };
-    double sum = 0, length = 0;
-    for (int k = 0; k < 3; k++)
-        length += (q[k] - p[k]) * (q[k] - p[k]);
-    for (int i = 0; i < STEPS; i++)
-        sum += density(air, p[1] + (q[1] - p[1]) * (i + 0.5) / STEPS);
-    return air->density_per_m * sqrt(length) * sum / STEPS;
+    double way[3], length;
+    vec3_sub(q, p, way);
+    length = vec3_length(way);
+    return atmosphere_depth(air, p[1], length > 0 ? way[1] / length : 0, length);
 }
 
 /* Lit share [from, to] of the way to the wall, by the sun; whatever is beside it is dark. */
@@ -148,12 +141,11 @@ static double lamp_scattered(const struct view *view, const double way[3], doubl
             d2 += (p[j] - lamp.position[j]) * (p[j] - lamp.position[j]);
             cosine += (p[j] - lamp.position[j]) * -way[j];
         }
-        /* few steps for optical depths, which are smooth */
-        double tau = air->falloff_m > 0 ? depth(air, eye, p) + depth(air, p, lamp.position)
-                                        : air->density_per_m * (t + sqrt(d2));
-        sum += density(air, p[1]) * phase(air->anisotropy, cosine / sqrt(d2)) / d2 * exp(-tau);
+        double tau = depth(air, eye, p) + depth(air, p, lamp.position);
+        sum += atmosphere_extinction(air, p[1]) * phase(air->anisotropy, cosine / sqrt(d2)) / d2 *
+               exp(-tau);
     }
-    return sum * end / STEPS * air->density_per_m * (double)air->color[k] * (double)lamp.color[k] *
+    return sum * end / STEPS * (double)air->color[k] * (double)lamp.color[k] *
            (double)lamp.intensity;
 }
 
@@ -354,7 +346,7 @@ static void light_from_all_around_is_scattered(void **state)
 /* Tiles have the bits of the whole, and lights in parts the same light. */
 static void tiles_and_parts_agree(void **state)
 {
-    enum { MANY = 60 };
+    enum { MANY = 12 };
     struct rig_scene rig;
     struct renderer *renderer = *state;
     struct view_light many[MANY];
@@ -369,6 +361,7 @@ static void tiles_and_parts_agree(void **state)
     open_stage(&rig, renderer, &(struct stage){.has_pane = true, .has_block = true});
     struct view view = look(many, MANY), tile;
     view.quality.samples = 4;
+    view.quality.atmosphere_samples = 32;
     view.quality.shadow_resolution = 128;
     struct image whole = shoot_color(renderer, &rig, &view);
     tile = view;
@@ -383,7 +376,7 @@ static void tiles_and_parts_agree(void **state)
     for (int way = 0; way < 2; way++) {
         struct frame frame;
         renderer->shadow_most_bytes = way ? most_bytes : 2 << 20;
-        renderer->frames.shade.loop_steps = way ? 20000 : loop_steps;
+        renderer->frames.shade.loop_steps = way ? 8000 : loop_steps;
         renderer_drop_structures(renderer, rig.key);
         shoot(renderer, &rig, &view, &frame);
         if (way)
@@ -419,6 +412,106 @@ static void nothing_else_is_built_anew(void **state)
     rig_scene_finish(&rig, *state);
 }
 
+/* ---- the reference ---- */
+
+static struct view look_closely(const struct view_light *lights, size_t count)
+{
+    struct view view = look(lights, count);
+    view.width_px = WIDTH / 5;
+    view.height_px = HEIGHT / 5;
+    view.quality.shadows = SHADOWS_RAYTRACED;
+    view.quality.reference = true;
+    return view;
+}
+
+static void the_reference_keeps_closed_forms(void **state)
+{
+    struct rig_scene rig;
+    struct view_light open_sun = sun;
+    open_sun.casts_no_shadow = true;
+    open_stage(&rig, *state, &(struct stage){.has_pane = true});
+    for (int i = 0; i < 4; i++) {
+        bool is_lamp = i > 1, is_flat = i == 1, is_foggy = i == 3;
+        struct view view = look_closely(is_lamp ? &lamp : &open_sun, 1);
+        view.camera.ortho_height = is_flat ? 6 : 0;
+        if (is_foggy)
+            view.atmosphere.falloff_m = 0.8, view.atmosphere.base_m = -0.5;
+        struct image image = shoot_color(*state, &rig, &view);
+        for (int x = 1; x < WIDTH / 5; x += 10) {
+            double way[3] = {0, 0, -1};
+            double end = is_flat ? -wall_z : way_of(&view, x, 12, wall_z, way);
+            double pane = 2 * x < WIDTH / 5 ? end * pane_z / wall_z : end;
+            for (int k = 0; k < 3; k++) {
+                double near = is_lamp ? lamp_scattered(&view, way, pane, k)
+                                      : sun_scattered(&view, way, 0, pane, k);
+                double far = is_lamp ? lamp_scattered(&view, way, end, k) - near
+                                     : sun_scattered(&view, way, pane, end, k);
+                expect(&image, x, 12, k, near + (pane < end ? stain[k] : 1) * far, 1e-5,
+                       is_lamp ? "lamp of the reference" : "sun of the reference");
+            }
+        }
+        image_finish(&image);
+    }
+    rig_scene_finish(&rig, *state);
+}
+
+static void the_reference_dims_what_is_seen_and_lit(void **state)
+{
+    const double glow = 2;
+    struct rig_scene rig;
+    open_stage(&rig, *state, &(struct stage){.wall_glow = glow});
+    static const struct view_material_override white[1] = {{.material = "Wall",
+                                                            .has_base_color = true,
+                                                            .base_color = {1, 1, 1, 1},
+                                                            .has_metallic = true}};
+    struct view view = look_closely(&lamp, 1), clear;
+    view.atmosphere.falloff_m = 0.6;
+    memset(view.atmosphere.color, 0, sizeof view.atmosphere.color);
+    view.materials = white;
+    view.material_override_count = 1;
+    clear = view;
+    clear.atmosphere.density_per_m = 0;
+    struct image image = shoot_color(*state, &rig, &view);
+    struct image bare = shoot_color(*state, &rig, &clear);
+    for (int x = 0; x < WIDTH / 5; x += 4) {
+        double way[3], eye[3] = {0, 0, 0}, end = way_of(&view, x, 3, wall_z, way);
+        const double wall[3] = {end * way[0], end * way[1], end * way[2]};
+        double lit = (double)image_pixel_f32(&bare, x, 3)[1] - glow;
+        double arrives = exp(-depth(&view.atmosphere, wall, lamp.position));
+        expect(&image, x, 3, 1, exp(-depth(&view.atmosphere, eye, wall)) * (glow + lit * arrives),
+               1e-5, "wall");
+    }
+    image_finish(&image);
+    image_finish(&bare);
+    rig_scene_finish(&rig, *state);
+}
+
+/* Beams through the stained pane, beside the shadow of a block, in both forms. */
+static void the_rasteriser_agrees_with_the_reference(void **state)
+{
+    struct rig_scene rig;
+    struct view_light lights[2] = {sun, lamp};
+    lights[0].direction[2] = -0.8; /* from before the pane to behind it */
+    lights[1].casts_no_shadow = false;
+    open_stage(&rig, *state, &(struct stage){.has_pane = true, .has_block = true});
+    struct view view = look(lights, 2), traced = look_closely(lights, 2);
+    traced.width_px = WIDTH;
+    traced.height_px = HEIGHT;
+    traced.quality.atmosphere_samples = 24;
+    traced.quality.samples = 1;
+    view.quality.samples = 4;
+    struct image reference = shoot_color(*state, &rig, &traced);
+    struct image image = shoot_color(*state, &rig, &view);
+    save_picture(&reference, "atmosphere_reference");
+    save_picture(&image, "atmosphere_raster");
+    double error = mean_error(&image, &reference);
+    print_message("mean error %.4f of the mean\n", error);
+    assert_true(error < 0.03);
+    image_finish(&reference);
+    image_finish(&image);
+    rig_scene_finish(&rig, *state);
+}
+
 static void refused(struct renderer *renderer, const struct rig_scene *rig, const struct view *view,
                     const char *what)
 {
@@ -439,10 +532,6 @@ static void what_cannot_be_lit_is_refused(void **state)
     refused(*state, &rig, &view, "raytraced-shadows");
     view.quality.shadows = SHADOWS_RAYTRACED;
     refused(*state, &rig, &view, "raytraced");
-    view.quality.shadows = SHADOWS_AUTO;
-    view.quality.reference = true;
-    refused(*state, &rig, &view, "reference");
-    view.quality.reference = false;
     view.quality.shadows = SHADOWS_DEEP;
     view.quality.light_lists = VIEW_LIGHT_LISTS_LINKED;
     refused(*state, &rig, &view, "light_lists");
@@ -490,6 +579,9 @@ int main(void)
         cmocka_unit_test(light_from_all_around_is_scattered),
         cmocka_unit_test(tiles_and_parts_agree),
         cmocka_unit_test(nothing_else_is_built_anew),
+        cmocka_unit_test(the_reference_keeps_closed_forms),
+        cmocka_unit_test(the_reference_dims_what_is_seen_and_lit),
+        cmocka_unit_test(the_rasteriser_agrees_with_the_reference),
         cmocka_unit_test(what_cannot_be_lit_is_refused),
         cmocka_unit_test(extremes_are_sound),
     };
