@@ -463,7 +463,8 @@ static void release(struct job_piece *piece)
 }
 
 /* The disk is locked from before the file is renamed until its frame is saved and shown, so that no
- * two attempts interleave. */
+ * two attempts interleave. Nobody reads a frame that is not saved: what was told is there after any
+ * end of the daemon. */
 static void settle(struct jobs *jobs, struct job_piece *piece)
 {
     struct file_record file = {0};
@@ -493,19 +494,20 @@ static void settle(struct jobs *jobs, struct job_piece *piece)
             .problem = problem};
         snprintf(problem, sizeof problem, "%s", state->problem ? state->problem : "");
     }
-    pthread_mutex_unlock(&jobs->mutex);
     struct error failure = {0};
-    if (counts && verdict != VERDICT_AGAIN &&
-        !job_store_put_frame(jobs->store, record.number, &frame,
-                             verdict == VERDICT_GOOD && piece->tile < 0 ? &file : NULL, &record,
-                             &failure)) {
-        log_write(jobs->desc.log, LOG_ERROR, "job %s: %s", record.id, failure.message);
-        pthread_mutex_lock(&jobs->mutex); /* what is not saved is made again after a restart */
+    bool is_saved = !counts || verdict == VERDICT_AGAIN ||
+                    job_store_put_frame(jobs->store, record.number, &frame,
+                                        verdict == VERDICT_GOOD && piece->tile < 0 ? &file : NULL,
+                                        &record, &failure);
+    if (!is_saved) { /* it is made again after a restart */
         if (!farm_job_has_ended(piece->job))
             pause_job(piece->job, &failure);
         jobs_note_change(jobs, piece->job);
-        pthread_mutex_unlock(&jobs->mutex);
-    } else if (counts && verdict == VERDICT_GOOD && piece->tile == TILE_ASSEMBLY)
+    }
+    pthread_mutex_unlock(&jobs->mutex);
+    if (!is_saved)
+        log_write(jobs->desc.log, LOG_ERROR, "job %s: %s", record.id, failure.message);
+    else if (counts && verdict == VERDICT_GOOD && piece->tile == TILE_ASSEMBLY)
         farm_tiles_remove(jobs, piece);
     if (piece->tile == TILE_ASSEMBLY && !(counts && verdict == VERDICT_GOOD))
         farm_tiles_drop_draft(jobs, piece);
