@@ -4,29 +4,12 @@
 
 #include "protocol/render_request.h"
 
-/* "none, map or deep": the techniques under which pictures are rasterised. */
-static void list_rasterised(char text[SHADOW_TECHNIQUES_TEXT_BYTES])
-{
-    const char *names[SHADOWS_COUNT];
-    int count = 0;
-    size_t used = 0;
-    for (int i = 0; i < SHADOWS_COUNT; i++)
-        if (i != SHADOWS_AUTO && !shadow_technique_is_renderer((enum shadow_technique)i))
-            names[count++] = shadow_technique_name(i);
-    for (int i = 0; i < count && used < SHADOW_TECHNIQUES_TEXT_BYTES; i++)
-        used += (size_t)snprintf(text + used, SHADOW_TECHNIQUES_TEXT_BYTES - used, "%s%s",
-                                 i == 0           ? ""
-                                 : i == count - 1 ? " or "
-                                                  : ", ",
-                                 names[i]);
-}
-
 bool render_request_deep_fault(const struct render_request *request, uint32_t outputs,
                                char why[DEEP_FAULT_BYTES])
 {
     const struct request_quality *quality = &request->quality;
     char others[SHADOW_TECHNIQUES_TEXT_BYTES];
-    list_rasterised(others);
+    shadow_techniques_rasterised_text(others);
     why[0] = 0;
     if (outputs != 1u << REQUEST_OUTPUT_COLOR)
         snprintf(why, DEEP_FAULT_BYTES, "which holds the color output alone");

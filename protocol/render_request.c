@@ -78,6 +78,13 @@ bool request_quality_asks(const struct request_quality *quality)
     return quality->max_error > 0 || quality->budget_ms > 0;
 }
 
+unsigned render_request_needs(const struct render_request *request)
+{
+    bool has_linked_lists = request->quality.light_lists == REQUEST_LIGHT_LISTS_LINKED;
+    return (has_linked_lists ? SHADOW_CAN_LINKED_LISTS : 0u) |
+           (request->atmosphere.density > 0 ? SHADOW_CAN_ATMOSPHERE : 0u);
+}
+
 /* Where exact lists exceed the budget, the error that was asked for is allowed to them, too. */
 static void set_lists(struct request_quality *quality, const struct quality_setting *setting)
 {

@@ -311,6 +311,10 @@ bool request_quality_asks(const struct request_quality *quality);
  * exceed the budget of memory, the error that was asked for is allowed to them, too. */
 void request_quality_set(struct request_quality *quality, const struct quality_setting *setting);
 
+/* What a technique of shadows must be able to do for what else the request asks for: enum
+ * shadow_can. */
+unsigned render_request_needs(const struct render_request *request);
+
 /* Whether these outputs of the request cannot be a deep image, and why, as json_refuse has it. */
 enum { DEEP_FAULT_BYTES = 224 };
 bool render_request_deep_fault(const struct render_request *request, uint32_t outputs,

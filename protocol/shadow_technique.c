@@ -71,16 +71,10 @@ bool shadow_technique_is_candidate(enum shadow_technique technique)
     return row && row->candidate;
 }
 
-void shadow_techniques_text(unsigned can, unsigned parameters,
-                            char text[SHADOW_TECHNIQUES_TEXT_BYTES])
+/* "auto, map or deep", of count names. */
+static void join(const char *const *names, int count, char text[SHADOW_TECHNIQUES_TEXT_BYTES])
 {
-    const char *names[SHADOWS_COUNT];
-    int count = 0;
     size_t used = 0;
-    for (int i = 0; i < SHADOWS_COUNT; i++)
-        if (shadow_technique_can((enum shadow_technique)i, can) &&
-            shadow_technique_has((enum shadow_technique)i, parameters))
-            names[count++] = shadow_technique_rows[i].name;
     text[0] = 0;
     for (int i = 0; i < count && used < SHADOW_TECHNIQUES_TEXT_BYTES; i++)
         used += (size_t)snprintf(text + used, SHADOW_TECHNIQUES_TEXT_BYTES - used, "%s%s",
@@ -88,6 +82,28 @@ void shadow_techniques_text(unsigned can, unsigned parameters,
                                  : i == count - 1 ? " or "
                                                   : ", ",
                                  names[i]);
+}
+
+void shadow_techniques_text(unsigned can, unsigned parameters,
+                            char text[SHADOW_TECHNIQUES_TEXT_BYTES])
+{
+    const char *names[SHADOWS_COUNT];
+    int count = 0;
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        if (shadow_technique_can((enum shadow_technique)i, can) &&
+            shadow_technique_has((enum shadow_technique)i, parameters))
+            names[count++] = shadow_technique_rows[i].name;
+    join(names, count, text);
+}
+
+void shadow_techniques_rasterised_text(char text[SHADOW_TECHNIQUES_TEXT_BYTES])
+{
+    const char *names[SHADOWS_COUNT];
+    int count = 0;
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        if (i != SHADOWS_AUTO && !shadow_technique_is_renderer((enum shadow_technique)i))
+            names[count++] = shadow_technique_rows[i].name;
+    join(names, count, text);
 }
 
 const char *shadow_can_name(int bit)

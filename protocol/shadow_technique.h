@@ -114,6 +114,8 @@ extern const char *const shadow_techniques_planned[];
 enum { SHADOW_TECHNIQUES_TEXT_BYTES = 160 };
 void shadow_techniques_text(unsigned can, unsigned parameters,
                             char text[SHADOW_TECHNIQUES_TEXT_BYTES]);
+/* Likewise of those under which pictures are rasterised, whatever is chosen. */
+void shadow_techniques_rasterised_text(char text[SHADOW_TECHNIQUES_TEXT_BYTES]);
 
 /* The names on the wire of the set bits, from the lowest on; NULL behind the last. */
 const char *shadow_can_name(int bit);

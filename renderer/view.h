@@ -328,6 +328,11 @@ static inline bool view_has_environment(const struct view *view)
     return view->environment_key && *view->environment_key;
 }
 
+static inline bool view_has_atmosphere(const struct view *view)
+{
+    return view->atmosphere.density_per_m > 0;
+}
+
 /* The background as a colour of the screen: linear, no channel above 1, associated alpha. */
 static inline void view_backdrop(const struct view *view, float backdrop[4])
 {

@@ -40,8 +40,7 @@ static bool is_open(const struct auto_desc *desc)
 
 static bool can_draw(const struct view *view, enum shadow_technique technique)
 {
-    return !(view->atmosphere.density_per_m > 0) ||
-           shadow_technique_can(technique, SHADOW_CAN_ATMOSPHERE);
+    return !view_has_atmosphere(view) || shadow_technique_can(technique, SHADOW_CAN_ATMOSPHERE);
 }
 
 /* Maps that do not all fit the budget are made in batches, anew for every frame. */

@@ -8,14 +8,6 @@
 #include "renderer/cost/technique_forecast.h"
 #include "renderer/shadows/technique.h"
 
-/* Whether the technique can draw what the request asks for beside the target. */
-static bool goes_with(const struct quality_target *target, enum shadow_technique shadows)
-{
-    unsigned can = (target->has_linked_lists ? SHADOW_CAN_LINKED_LISTS : 0u) |
-                   (target->has_atmosphere ? SHADOW_CAN_ATMOSPHERE : 0u);
-    return shadow_technique_can(shadows, can);
-}
-
 bool choice_row_fits(const struct choice_row *row, const struct quality_target *target)
 {
     const struct quality_setting *setting = &row->setting;
@@ -23,7 +15,7 @@ bool choice_row_fits(const struct choice_row *row, const struct quality_target *
         return false;
     if (target->samples && target->samples != setting->samples)
         return false;
-    if (!goes_with(target, setting->shadows))
+    if (!shadow_technique_can(setting->shadows, target->needs))
         return false;
     if (setting->shadow_resolution == 0)
         return true;
@@ -273,9 +265,9 @@ static size_t estimate_technique(const struct choice_frame *frame,
 
 static bool is_estimated(const struct quality_target *target, enum shadow_technique shadows)
 {
-    return target->shadows == SHADOWS_AUTO
-               ? shadow_technique_is_candidate(shadows) && goes_with(target, shadows)
-               : target->shadows == shadows;
+    return target->shadows == SHADOWS_AUTO ? shadow_technique_is_candidate(shadows) &&
+                                                 shadow_technique_can(shadows, target->needs)
+                                           : target->shadows == shadows;
 }
 
 /* Whole renderers last: of equals the first counts. */

@@ -30,8 +30,7 @@ struct quality_target {
     int shadow_resolution, shadow_taps, samples; /* 0 = open */
     double shadow_compression;                   /* likewise, and of rows with deep lists */
     int shadow_prefilter;
-    bool has_linked_lists; /* asked for: traced shadows do not go with them */
-    bool has_atmosphere;   /* likewise */
+    unsigned needs; /* enum shadow_can: what else is asked of the technique */
 };
 
 struct choice {

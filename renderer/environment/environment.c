@@ -37,6 +37,22 @@ static bool check_desc(const struct environment_desc *desc, struct error *err)
     return true;
 }
 
+/* A convolution with Lambert's lobe keeps it, so that the small map has it. */
+void environment_find_mean(struct environment *environment)
+{
+    const struct environment_texels *map = &environment->diffuse;
+    double *mean = environment->mean, weights = 0;
+    mean[0] = mean[1] = mean[2] = 0;
+    for (int y = 0; y < map->height; y++) {
+        const double weight = sin(pi * (y + 0.5) / map->height);
+        weights += weight * map->width;
+        for (int i = 0; i < 3 * map->width; i++)
+            mean[i % 3] += weight * (double)map->pixels[(size_t)y * 3 * (size_t)map->width + i];
+    }
+    for (int k = 0; k < 3; k++)
+        mean[k] /= weights;
+}
+
 struct environment *environment_create(const struct environment_desc *desc, struct error *err)
 {
     if (!check_desc(desc, err))
@@ -52,6 +68,7 @@ struct environment *environment_create(const struct environment_desc *desc, stru
         environment->radiance.pixels[i] = desc->pixels[i] > 0 ? desc->pixels[i] : 0;
     if (!environment_make_tables(environment, err) || !environment_prefilter(environment, err))
         goto fail;
+    environment_find_mean(environment);
     return environment;
 
 fail:

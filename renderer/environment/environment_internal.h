@@ -17,6 +17,7 @@ struct environment {
      * f64, because a sky beside the sun has chances below the steps of f32 at 1. */
     double *rows;    /* height + 1 */
     double *columns; /* height times (width + 1) */
+    double mean[3];  /* over all directions [nt]; environment_find_mean */
 };
 
 MUST_CHECK bool environment_texels_init(struct environment_texels *texels, int width, int height,
@@ -31,6 +32,7 @@ void environment_texels_look(const struct environment_texels *texels, double u, 
                              double out[3]);
 
 MUST_CHECK bool environment_make_tables(struct environment *environment, struct error *err);
+void environment_find_mean(struct environment *environment); /* with the diffuse map */
 /* The diffuse map and the specular ones. */
 MUST_CHECK bool environment_prefilter(struct environment *environment, struct error *err);
 

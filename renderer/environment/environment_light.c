@@ -42,20 +42,10 @@ void environment_light_radiance(const struct environment_light *light, const dou
         radiance[k] *= light->intensity;
 }
 
-/* A convolution with Lambert's lobe keeps it, so that the small map has it. */
 void environment_light_mean(const struct environment_light *light, double mean[3])
 {
-    const struct environment_map map = environment_diffuse_map(light->environment);
-    double weights = 0;
-    mean[0] = mean[1] = mean[2] = 0;
-    for (int y = 0; y < map.height; y++) {
-        const double weight = sin(M_PI * (y + 0.5) / map.height);
-        weights += weight * map.width;
-        for (int i = 0; i < 3 * map.width; i++)
-            mean[i % 3] += weight * (double)map.pixels[(size_t)y * 3 * (size_t)map.width + i];
-    }
     for (int k = 0; k < 3; k++)
-        mean[k] *= light->intensity / weights;
+        mean[k] = light->environment->mean[k] * light->intensity;
 }
 
 /* Luminance of Rec.709; a channel alone must not be missed, so that no weight is below a tenth. */

@@ -188,7 +188,7 @@ static uint64_t observation_key_of(const struct opened_view *opened)
     if (view_has_environment(view)) /* rays towards it go other ways than those to lights */
         content_key_add_word(&key, (uint64_t)view->quality.environment_samples << 1 |
                                        view->quality.environment_visibility);
-    if (view->atmosphere.density_per_m > 0)
+    if (view_has_atmosphere(view))
         content_key_add_text(&key, "haze");
     return key.words[0];
 }
@@ -541,7 +541,7 @@ static struct content_key pace_key_of(const struct opened_view *opened)
     content_key_add_text(&key, opened->scene->key);
     content_key_add_word(&key, opened->state->light_count);
     content_key_add(&key, &quality, sizeof quality);
-    content_key_add_word(&key, opened->view.atmosphere.density_per_m > 0);
+    content_key_add_word(&key, view_has_atmosphere(&opened->view));
     return key;
 }
 

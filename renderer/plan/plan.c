@@ -317,14 +317,13 @@ static void require_visibility(struct frame_plan *made, const struct frame_plan_
 
 static void require_atmosphere(struct plan *plan, const struct frame_plan_desc *desc)
 {
-    const struct view_atmosphere *air = &desc->view->atmosphere;
     const size_t lights = desc->state->light_count;
-    bool is_drawn = needs(plan, PLAN_NEED_COLOR);
-    set_need(plan, PLAN_NEED_ATMOSPHERE, is_drawn && air->density_per_m > 0 && lights > 0, "%s",
-             !is_drawn                   ? "no color is rasterised"
-             : !(air->density_per_m > 0) ? "there is no atmosphere"
-             : !lights                   ? "no light shines into the atmosphere"
-                                         : "lights shine into the atmosphere");
+    bool is_drawn = needs(plan, PLAN_NEED_COLOR), is_there = view_has_atmosphere(desc->view);
+    set_need(plan, PLAN_NEED_ATMOSPHERE, is_drawn && is_there && lights > 0, "%s",
+             !is_drawn   ? "no color is rasterised"
+             : !is_there ? "there is no atmosphere"
+             : !lights   ? "no light shines into the atmosphere"
+                         : "lights shine into the atmosphere");
 }
 
 /* The technique of a light whose filters it knows, and whose media it does not. */
@@ -353,7 +352,7 @@ static bool check_technique(struct frame_plan *made, const struct frame_plan_des
             .area_lights = scene_state_area_lights(desc->state),
             .unfiltered_lights = plan->unfiltered_lights,
             .is_hazy = needs(plan, PLAN_NEED_ATMOSPHERE) ||
-                       (needs(plan, PLAN_NEED_TRACED) && desc->view->atmosphere.density_per_m > 0),
+                       (needs(plan, PLAN_NEED_TRACED) && view_has_atmosphere(desc->view)),
             .window_lights = plan->traced_lights,
             .thick_media = find_thick_media(&made->shadows)},
         &plan->lacks, err);
@@ -374,7 +373,7 @@ static bool check_deep(const struct frame_plan *made, const struct frame_plan_de
         return error_set(err, ERROR_UNSUPPORTED,
                          "drawables refract or scatter what is behind them, and a deep image is "
                          "seen straight: quality.refraction must be off");
-    if (desc->view->atmosphere.density_per_m > 0)
+    if (view_has_atmosphere(desc->view))
         return error_set(err, ERROR_UNSUPPORTED, "deep images have no haze: leave atmosphere out");
     if (plan->samples != 1)
         return error_set(err, ERROR_UNSUPPORTED,

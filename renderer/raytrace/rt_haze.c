@@ -21,7 +21,7 @@ static const double NEAREST = 1e-9; /* [m] from a lamp to a ray */
 double rt_haze_arrives(const struct rt_scene *scene, const struct view *view,
                        const struct rt_arrival *arrival, const double point[3])
 {
-    if (!rt_haze_is_there(view) || !isfinite(arrival->distance_m))
+    if (!view_has_atmosphere(view) || !isfinite(arrival->distance_m))
         return 1;
     return exp(-atmosphere_depth(&view->atmosphere, point[1] + scene->origin[1],
                                  arrival->direction[1], arrival->distance_m));
@@ -100,23 +100,33 @@ static struct place place_directional(const struct stretch *s, double x)
     return (struct place){-log1p(-x * all) / s->fall, all / (s->fall * (1 - x * all))};
 }
 
-static struct place place_lamp(const struct stretch *s, const struct state_light *light, double x)
+/* How a lamp sees the stretch: the angles of its ends, from the perpendicular on. */
+struct lamp_view {
+    double nearest_m, apart_m; /* where it is nearest, and how far away there */
+    double first, last;
+};
+
+static struct lamp_view view_from_lamp(const struct stretch *s, const struct state_light *light)
 {
-    double to_light[3], square = 0;
+    struct lamp_view v;
+    double to_light[3], off[3];
     for (int k = 0; k < 3; k++)
         to_light[k] = light->position[k] - s->lighting->scene->origin[k] - s->origin[k];
-    double nearest = vec3_dot(to_light, s->direction);
-    for (int k = 0; k < 3; k++) {
-        double off = to_light[k] - nearest * s->direction[k];
-        square += off * off;
-    }
-    double apart = fmax(sqrt(square), NEAREST);
-    double first = atan(-nearest / apart);
-    double last = isfinite(s->length_m) ? atan((s->length_m - nearest) / apart) : M_PI_2;
-    double tangent = tan(first + x * (last - first));
-    double at_m = fmax(nearest + apart * tangent, 0);
+    v.nearest_m = vec3_dot(to_light, s->direction);
+    for (int k = 0; k < 3; k++)
+        off[k] = to_light[k] - v.nearest_m * s->direction[k];
+    v.apart_m = fmax(vec3_length(off), NEAREST);
+    v.first = atan(-v.nearest_m / v.apart_m);
+    v.last = isfinite(s->length_m) ? atan((s->length_m - v.nearest_m) / v.apart_m) : M_PI_2;
+    return v;
+}
+
+static struct place place_lamp(const struct stretch *s, const struct lamp_view *v, double x)
+{
+    double tangent = tan(v->first + x * (v->last - v->first));
+    double at_m = fmax(v->nearest_m + v->apart_m * tangent, 0);
     return (struct place){fmin(at_m, s->length_m),
-                          (last - first) * apart * (1 + tangent * tangent)};
+                          (v->last - v->first) * v->apart_m * (1 + tangent * tangent)};
 }
 
 static double offset_of(uint32_t seed)
@@ -133,6 +143,8 @@ static void add_light(const struct stretch *s, size_t index, double radiance[3])
     int points = quality_or(quality->atmosphere_samples, ATMOSPHERE_SLICES_DEFAULT);
     int panels = (points + RULE_POINTS - 1) / RULE_POINTS;
     double offset = offset_of(s->lighting->seed + (uint32_t)index);
+    const struct lamp_view seen =
+        is_directional ? (struct lamp_view){.apart_m = NEAREST} : view_from_lamp(s, light);
     struct rt_light_sample sample = {.count = rt_light_sample_count(light, quality),
                                      .seed = s->lighting->seed + (uint32_t)index};
     for (int panel = 0; panel <= panels; panel++) {
@@ -140,7 +152,7 @@ static void add_light(const struct stretch *s, size_t index, double radiance[3])
         double high = panel < panels ? (panel + offset) / panels : 1;
         for (int i = 0; i < RULE_POINTS; i++) {
             double x = low + (high - low) * rule_places[i];
-            struct place place = is_directional ? place_directional(s, x) : place_lamp(s, light, x);
+            struct place place = is_directional ? place_directional(s, x) : place_lamp(s, &seen, x);
             sample.index = (uint32_t)(panel * RULE_POINTS + i) % sample.count;
             if (isfinite(place.at_m) && isfinite(place.per_unit))
                 add_point(s, light, &sample, place.at_m,
@@ -165,7 +177,7 @@ void rt_haze_pass(struct rt_lighting *lighting, const struct rt_haze_way *way, d
 {
     struct stretch s;
     double around[3];
-    if (!rt_haze_is_there(lighting->view) || !(way->to > way->from))
+    if (!view_has_atmosphere(lighting->view) || !(way->to > way->from))
         return;
     begin(&s, lighting, way, share);
     for (size_t i = 0; i < lighting->scene->state->light_count; i++)

@@ -6,11 +6,6 @@
 
 #include "renderer/raytrace/rt_light.h"
 
-static inline bool rt_haze_is_there(const struct view *view)
-{
-    return view->atmosphere.density_per_m > 0;
-}
-
 /* What haze lets through between a point (relative to rt_scene.origin) and what arrives there; 1 of
  * light from infinitely far away. */
 double rt_haze_arrives(const struct rt_scene *scene, const struct view *view,

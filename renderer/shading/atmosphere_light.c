@@ -20,12 +20,12 @@ static const char technique[] = "froxels", because[] = "lights shine into the at
 
 bool atmosphere_is_lit(const struct window_frame *frame)
 {
-    return atmosphere_is_seen(frame->view) && frame->state->light_count > 0;
+    return view_has_atmosphere(frame->view) && frame->state->light_count > 0;
 }
 
 const char *atmosphere_defines(const struct view *view)
 {
-    return atmosphere_is_seen(view) ? " HAS_ATMOSPHERE" : "";
+    return view_has_atmosphere(view) ? " HAS_ATMOSPHERE" : "";
 }
 
 /* ---- the grid ---- */

@@ -6,6 +6,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "renderer/shading/lighting.h"
+
 #include "shaders/shared/bindings.h"
 
 enum { DEFINES_BYTES = 128 };
@@ -15,14 +17,11 @@ static_assert(sizeof(struct deep_sample) == 32, "two vec4 of the device");
 static void describe(const struct window_frame *frame, const struct shade_facts *facts,
                      char text[DEFINES_BYTES])
 {
-    bool has_layers = facts->has_layers, has_media = has_layers && facts->has_media;
-    int used = snprintf(text, DEFINES_BYTES, "SAMPLES=1%s%s%s%s",
-                        has_layers ? " HAS_TRANSPARENT" : "", has_media ? " HAS_MEDIA" : "",
-                        frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "",
-                        has_media && facts->may_surround ? " MEDIA_SURROUND" : "");
-    if (has_media && frame->view->clip_plane_count)
-        snprintf(text + used, DEFINES_BYTES - (size_t)used, " CUT_PLANES=%zu",
-                 frame->view->clip_plane_count);
+    char media[MEDIA_DEFINES_BYTES] = "";
+    if (facts->has_layers)
+        lighting_media_defines(frame, facts, media);
+    snprintf(text, DEFINES_BYTES, "SAMPLES=1%s%s%s", facts->has_layers ? " HAS_TRANSPARENT" : "",
+             frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "", media);
 }
 
 static struct program_desc program_of(const char *defines)

@@ -17,15 +17,14 @@ enum { DEFINES_BYTES = 800 };
 
 /* ---- programs ---- */
 
-/* Of the lists' media. */
-static void describe_media(const struct window_frame *frame, const struct shade_facts *facts,
-                           char text[64])
+void lighting_media_defines(const struct window_frame *frame, const struct shade_facts *facts,
+                            char text[MEDIA_DEFINES_BYTES])
 {
     size_t planes = frame->view->clip_plane_count;
-    int used = snprintf(text, 64, "%s%s", facts->has_media ? " HAS_MEDIA" : "",
+    int used = snprintf(text, MEDIA_DEFINES_BYTES, "%s%s", facts->has_media ? " HAS_MEDIA" : "",
                         facts->may_surround ? " MEDIA_SURROUND" : "");
     if (facts->has_media && planes)
-        snprintf(text + used, 64 - (size_t)used, " CUT_PLANES=%zu", planes);
+        snprintf(text + used, MEDIA_DEFINES_BYTES - (size_t)used, " CUT_PLANES=%zu", planes);
 }
 
 /* Requirements of the program, in canonical order. */
@@ -39,7 +38,8 @@ static void describe(const struct window_frame *frame, const struct shade_facts 
         .has_shadow_maps = has_shadows && !facts->is_traced,
         .compositing = facts->has_layers ? facts->method->compositing : NULL,
     };
-    char own_defines[SURFACE_DEFINES_BYTES] = "", media_defines[64] = "", seen_defines[64] = "";
+    char own_defines[SURFACE_DEFINES_BYTES] = "", media_defines[MEDIA_DEFINES_BYTES] = "",
+         seen_defines[64] = "";
     char material_defines[SHADER_NEEDS_TEXT_BYTES], light_defines[SHADER_NEEDS_TEXT_BYTES] = "";
     const struct shader_needs *needs = frame->needs;
     shader_needs_material_defines(kind->are_transparent ? needs->layer_kinds : needs->surface_kinds,
@@ -49,7 +49,7 @@ static void describe(const struct window_frame *frame, const struct shade_facts 
     if (kind->describe)
         kind->describe(frame, &own, own_defines);
     if (facts->has_layers)
-        describe_media(frame, facts, media_defines);
+        lighting_media_defines(frame, facts, media_defines);
     if (needs->visibility_lobes)
         snprintf(seen_defines, sizeof seen_defines,
                  " HAS_ENVIRONMENT_VISIBILITY VISIBILITY_COUNT=%u", needs->visibility_lobes);
@@ -121,7 +121,7 @@ static void bind(const struct lighting *lighting, const struct gl_program *progr
         window_set_world_axes(frame, program);
     if (has_map)
         environment_maps_bind(frame->environment_maps, frame->environment, program);
-    if (atmosphere_is_seen(frame->view))
+    if (view_has_atmosphere(frame->view))
         atmosphere_bind(frame, program);
     if (frame->needs->visibility_lobes)
         traced_shadows_bind_visibility(desc->seen, program);

@@ -21,6 +21,12 @@ MUST_CHECK bool lighting_run(struct lighting *lighting, const struct surface_set
 /* Tells desc->advance that of the next part so much is done. */
 void lighting_tell(const struct lighting *lighting, double done);
 
+/* #define items of shaders/material/media.glsl in programs that composite layers, each behind a
+ * space. Thread: any. */
+enum { MEDIA_DEFINES_BYTES = 64 };
+void lighting_media_defines(const struct window_frame *frame, const struct shade_facts *facts,
+                            char text[MEDIA_DEFINES_BYTES]);
+
 /* The program that lights such sets with such a chunk. Thread: any. */
 void lighting_list_program(const struct window_frame *frame, const struct shade_facts *facts,
                            const struct light_chunk *chunk, const struct surface_kind *kind,

@@ -66,5 +66,5 @@ uint64_t atmosphere_pixel_bytes(const struct view *view)
 {
     uint64_t side = (uint64_t)atmosphere_side_px(view);
     uint64_t column = (uint64_t)slices_of(view) * 2 * ATMOSPHERE_SLICE_BYTES;
-    return atmosphere_is_seen(view) ? column / (side * side) + 1 : 0;
+    return view_has_atmosphere(view) ? column / (side * side) + 1 : 0;
 }

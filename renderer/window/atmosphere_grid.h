@@ -18,11 +18,6 @@ struct atmosphere_grid {
     int side_px;
 };
 
-static inline bool atmosphere_is_seen(const struct view *view)
-{
-    return view->atmosphere.density_per_m > 0;
-}
-
 /* A power of two that grows with the image, so that images of all sizes have about as many columns;
  * the more slices, the narrower they are. */
 int atmosphere_side_px(const struct view *view);

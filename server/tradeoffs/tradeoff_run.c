@@ -351,9 +351,7 @@ static void plan_settings(struct run *run)
         &(struct sweep_desc){.fixed = &run->entry->request.render.quality,
                              .has_shadows = document->shadowed_lights > 0,
                              .has_transparent_casters = document->has_transparent_casters,
-                             .has_linked_lists = run->entry->request.render.quality.light_lists ==
-                                                 REQUEST_LIGHT_LISTS_LINKED,
-                             .has_atmosphere = run->entry->request.render.atmosphere.density > 0,
+                             .needs = render_request_needs(&run->entry->request.render),
                              .max_samples = run->max_samples,
                              .reference_samples = run->options.reference_samples,
                              .max_settings = run->options.max_settings},

@@ -148,9 +148,7 @@ static void add_technique(struct sweep *sweep, const struct sweep_desc *desc,
     int distance = shadow_technique_rows[shadows].distance;
     enum shadow_family family = shadow_technique_family(shadows);
     bool casts = family == SHADOW_FAMILY_MAPS || family == SHADOW_FAMILY_POINTS;
-    unsigned can = (desc->has_linked_lists ? SHADOW_CAN_LINKED_LISTS : 0u) |
-                   (desc->has_atmosphere ? SHADOW_CAN_ATMOSPHERE : 0u);
-    bool fits = shadow_technique_can(shadows, can);
+    bool fits = shadow_technique_can(shadows, desc->needs);
     if (!is_open(desc, shadows) || (casts && !(desc->has_shadows && fits)))
         return;
     if (family == SHADOW_FAMILY_RAYS)

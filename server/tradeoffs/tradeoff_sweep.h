@@ -10,8 +10,7 @@ struct sweep_desc {
     const struct request_quality *fixed; /* required; what it says is not varied */
     bool has_shadows;                    /* a light casts one on something */
     bool has_transparent_casters;
-    bool has_linked_lists; /* which traced shadows do not go with */
-    bool has_atmosphere;   /* likewise */
+    unsigned needs;        /* enum shadow_can: what else the request asks of a technique */
     int max_samples;       /* of the rasteriser at once, 1 or 4 */
     int reference_samples; /* 16, 64 or 256 */
     int max_settings;

@@ -273,8 +273,7 @@ static struct quality_target target_of(const struct render_request *request)
         .samples = quality->samples,
         .shadow_compression = quality->shadow_compression,
         .shadow_prefilter = quality->shadow_prefilter > 1 ? quality->shadow_prefilter : 0,
-        .has_linked_lists = quality->light_lists == REQUEST_LIGHT_LISTS_LINKED,
-        .has_atmosphere = request->atmosphere.is_given && request->atmosphere.density > 0,
+        .needs = render_request_needs(request),
     };
 }
 

@@ -14,6 +14,7 @@
 #include "renderer/base/matrix.h"
 #include "renderer/frame/renderer_internal.h"
 #include "renderer/scene/atmosphere.h"
+#include "tests/support/boxes.h"
 #include "tests/support/image_checks.h"
 
 enum { WIDTH = 160, HEIGHT = 90 };
@@ -21,16 +22,6 @@ enum { WIDTH = 160, HEIGHT = 90 };
 static const double wall_z = -8; /* the camera stands at 0 and looks along -z */
 static const double pane_z = -3;
 static const double stain[3] = {0.9, 0.4, 0.1};
-
-static void add(struct glb_builder *builder, const struct glb_material_desc *material,
-                const double low[3], const double high[3])
-{
-    struct shape shape = {0};
-    shape_add_box(&shape, low, high);
-    int mesh = shape_give_mesh(&shape, builder, material->name,
-                               glb_builder_add_material(builder, material));
-    glb_builder_add_node(builder, &(struct glb_node_desc){.name = material->name, .mesh = mesh});
-}
 
 /* A wall that fills the view and sends `glow` whatever lights it; before it, where asked for, a
  * stained sheet over the left half, and a black block that keeps a sun from above off what is
@@ -63,7 +54,8 @@ static void open_stage(struct rig_scene *rig, struct renderer *renderer, const s
     void *glb;
     size_t size_bytes;
     assert_non_null(builder);
-    add(builder, &wall, (const double[]){-20, -20, wall_z - 1}, (const double[]){20, 20, wall_z});
+    builder_add_box(builder, &wall, (const double[]){-20, -20, wall_z - 1},
+                    (const double[]){20, 20, wall_z});
     if (stage->has_pane) {
         struct shape sheet = {0};
         shape_add_quad(&sheet, (const double[]){-10, -10, pane_z}, (const double[]){10, 0, 0},
@@ -73,7 +65,8 @@ static void open_stage(struct rig_scene *rig, struct renderer *renderer, const s
         glb_builder_add_node(builder, &(struct glb_node_desc){.name = "Pane", .mesh = mesh});
     }
     if (stage->has_block)
-        add(builder, &block, (const double[]){0.5, 10, -19}, (const double[]){20, 11, 19});
+        builder_add_box(builder, &block, (const double[]){0.5, 10, -19},
+                        (const double[]){20, 11, 19});
     if (!glb_builder_finish(builder, &glb, &size_bytes, &err))
         fail_msg("%s", err.message);
     glb_builder_destroy(builder);
@@ -103,6 +96,9 @@ static struct view look(const struct view_light *lights, size_t count)
         .quality = {.samples = 1, .shadows = SHADOWS_DEEP},
     };
 }
+
+static const struct view_material_override white_wall[1] = {
+    {.material = "Wall", .has_base_color = true, .base_color = {1, 1, 1, 1}, .has_metallic = true}};
 
 static double phase(double g, double cosine)
 {
@@ -253,11 +249,7 @@ static void lamps_are_dimmed_on_their_way(void **state)
                                         .intensity = 3,
                                         .casts_no_shadow = true};
         view.atmosphere.color[0] = view.atmosphere.color[1] = view.atmosphere.color[2] = 0;
-        static const struct view_material_override white[1] = {{.material = "Wall",
-                                                                .has_base_color = true,
-                                                                .base_color = {1, 1, 1, 1},
-                                                                .has_metallic = true}};
-        view.materials = white;
+        view.materials = white_wall;
         view.material_override_count = 1;
         clear = view;
         clear.atmosphere.density_per_m = 0;
@@ -460,14 +452,10 @@ static void the_reference_dims_what_is_seen_and_lit(void **state)
     const double glow = 2;
     struct rig_scene rig;
     open_stage(&rig, *state, &(struct stage){.wall_glow = glow});
-    static const struct view_material_override white[1] = {{.material = "Wall",
-                                                            .has_base_color = true,
-                                                            .base_color = {1, 1, 1, 1},
-                                                            .has_metallic = true}};
     struct view view = look_closely(&lamp, 1), clear;
     view.atmosphere.falloff_m = 0.6;
     memset(view.atmosphere.color, 0, sizeof view.atmosphere.color);
-    view.materials = white;
+    view.materials = white_wall;
     view.material_override_count = 1;
     clear = view;
     clear.atmosphere.density_per_m = 0;
@@ -500,15 +488,25 @@ static void the_rasteriser_agrees_with_the_reference(void **state)
     traced.quality.atmosphere_samples = 24;
     traced.quality.samples = 1;
     view.quality.samples = 4;
-    struct image reference = shoot_color(*state, &rig, &traced);
-    struct image image = shoot_color(*state, &rig, &view);
-    save_picture(&reference, "atmosphere_reference");
-    save_picture(&image, "atmosphere_raster");
-    double error = mean_error(&image, &reference);
-    print_message("mean error %.4f of the mean\n", error);
-    assert_true(error < 0.03);
-    image_finish(&reference);
-    image_finish(&image);
+    static const struct view_material_override bending[1] = {{.material = "Pane",
+                                                              .has_roughness = true,
+                                                              .has_ior = true,
+                                                              .ior = 1.5f,
+                                                              .has_thickness = true,
+                                                              .thickness = 0.1f}};
+    for (int bends = 0; bends < 2; bends++) {
+        view.materials = traced.materials = bending;
+        view.material_override_count = traced.material_override_count = (size_t)bends;
+        struct image reference = shoot_color(*state, &rig, &traced);
+        struct image image = shoot_color(*state, &rig, &view);
+        save_picture(&reference, bends ? "atmosphere_bent_reference" : "atmosphere_reference");
+        save_picture(&image, bends ? "atmosphere_bent_raster" : "atmosphere_raster");
+        double error = mean_error(&image, &reference);
+        print_message("mean error %.4f of the mean, %s\n", error, bends ? "bent" : "straight");
+        assert_true(error < 0.03);
+        image_finish(&reference);
+        image_finish(&image);
+    }
     rig_scene_finish(&rig, *state);
 }
 

@@ -10,8 +10,8 @@
 #include <cmocka.h>
 
 #include "glb/glb_builder.h"
-#include "glb/shapes.h"
 #include "renderer/frame/renderer_internal.h"
+#include "tests/support/boxes.h"
 #include "tests/support/image_checks.h"
 
 enum { SIZE = 96, MANY = 240 };
@@ -20,16 +20,6 @@ static const float behind[4] = {0.8f, 0.6f, 0.4f, 1};
 static const double stain[3] = {0.9, 0.4, 0.1}; /* of one crossing; light crosses two */
 static const double lit_place[2] = {0, 1.5}, block_shadow[2] = {-0.6, 0},
                     pane_shadow[2] = {1.55, 0};
-
-static void add(struct glb_builder *builder, const struct glb_material_desc *material,
-                const double low[3], const double high[3])
-{
-    struct shape shape = {0};
-    shape_add_box(&shape, low, high);
-    int mesh = shape_give_mesh(&shape, builder, material->name,
-                               glb_builder_add_material(builder, material));
-    glb_builder_add_node(builder, &(struct glb_node_desc){.name = material->name, .mesh = mesh});
-}
 
 static void open_block_and_pane(struct rig_scene *rig, struct renderer *renderer)
 {
@@ -46,8 +36,10 @@ static void open_block_and_pane(struct rig_scene *rig, struct renderer *renderer
     void *glb;
     size_t size_bytes;
     assert_non_null(builder);
-    add(builder, &block, (const double[]){-1.2, 1, -0.3}, (const double[]){-0.8, 1.2, 0.3});
-    add(builder, &pane, (const double[]){0.6, 1, -0.3}, (const double[]){1.4, 1.2, 0.3});
+    builder_add_box(builder, &block, (const double[]){-1.2, 1, -0.3},
+                    (const double[]){-0.8, 1.2, 0.3});
+    builder_add_box(builder, &pane, (const double[]){0.6, 1, -0.3},
+                    (const double[]){1.4, 1.2, 0.3});
     if (!glb_builder_finish(builder, &glb, &size_bytes, &err))
         fail_msg("%s", err.message);
     glb_builder_destroy(builder);

@@ -10,8 +10,8 @@
 #include <cmocka.h>
 
 #include "glb/glb_builder.h"
-#include "glb/shapes.h"
 #include "renderer/scene/studio.h"
+#include "tests/support/boxes.h"
 #include "tests/support/image_checks.h"
 
 enum { SIZE = 64 };
@@ -21,10 +21,7 @@ static void add(struct glb_builder *builder, const char *name, const double low[
 {
     const struct glb_material_desc white = {
         .name = name, .base_color = {1, 1, 1, 1}, .roughness = 1, .has_ior = true, .ior = 1};
-    struct shape shape = {0};
-    shape_add_box(&shape, low, high);
-    int mesh = shape_give_mesh(&shape, builder, name, glb_builder_add_material(builder, &white));
-    glb_builder_add_node(builder, &(struct glb_node_desc){.name = name, .mesh = mesh});
+    builder_add_box(builder, &white, low, high);
 }
 
 /* The top of the floor is y = 0; a small block hangs over its middle. */

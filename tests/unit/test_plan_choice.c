@@ -210,7 +210,7 @@ static void models_give_only_what_was_said(void **state)
         {.max_error = 1, .shadows = SHADOWS_RAYTRACED, .samples = 64},
         {.max_error = 1, .shadows = SHADOWS_NONE},
         {.max_error = 1, .samples = 1, .shadow_taps = 9},
-        {.budget_ms = 1e6, .has_linked_lists = true},
+        {.budget_ms = 1e6, .needs = SHADOW_CAN_LINKED_LISTS},
     };
     for (size_t w = 0; w < sizeof targets / sizeof targets[0]; w++) {
         size_t count = choice_estimate(&frame, &targets[w], estimates);
