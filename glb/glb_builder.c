@@ -12,6 +12,7 @@ static const char *const kind_keys[GLB_KIND_COUNT] = {
     [GLB_KIND_ACCESSOR] = "accessors", [GLB_KIND_VIEW] = "bufferViews",
     [GLB_KIND_MESH] = "meshes",        [GLB_KIND_LIGHT] = "lights",
     [GLB_KIND_CAMERA] = "cameras",     [GLB_KIND_NODE] = "nodes",
+    [GLB_KIND_GRID] = "grids",
 };
 
 struct glb_builder *glb_builder_create(const char *scene_name, struct error *err)
@@ -189,6 +190,24 @@ int glb_add_view(struct glb_builder *builder, const void *bytes, size_t size_byt
     return glb_append(builder, GLB_KIND_VIEW, view);
 }
 
+/* Lights and grids stand in extensions. */
+static bool is_top_level(int kind)
+{
+    return kind != GLB_KIND_LIGHT && kind != GLB_KIND_GRID;
+}
+
+static json_t *document_extensions(struct glb_builder *builder)
+{
+    json_t *extensions = glb_object(builder);
+    if (json_array_size(builder->arrays[GLB_KIND_LIGHT]) > 0)
+        glb_put(builder, extensions, "KHR_lights_punctual",
+                json_pack("{sO}", "lights", builder->arrays[GLB_KIND_LIGHT]));
+    if (json_array_size(builder->arrays[GLB_KIND_GRID]) > 0)
+        glb_put(builder, extensions, "VITRAIL_density_grids",
+                json_pack("{sO}", "grids", builder->arrays[GLB_KIND_GRID]));
+    return extensions;
+}
+
 /* Everything around the arrays. */
 static json_t *gltf_document(struct glb_builder *builder)
 {
@@ -200,12 +219,12 @@ static json_t *gltf_document(struct glb_builder *builder)
         glb_put(builder, scene, "nodes", json_incref(builder->roots));
     glb_put(builder, root, "scenes", json_pack("[o]", scene));
     for (int kind = 0; kind < GLB_KIND_COUNT; kind++)
-        if (kind != GLB_KIND_LIGHT && json_array_size(builder->arrays[kind]) > 0)
+        if (is_top_level(kind) && json_array_size(builder->arrays[kind]) > 0)
             glb_put(builder, root, kind_keys[kind], json_incref(builder->arrays[kind]));
-    if (json_array_size(builder->arrays[GLB_KIND_LIGHT]) > 0)
-        glb_put(
-            builder, root, "extensions",
-            json_pack("{s{sO}}", "KHR_lights_punctual", "lights", builder->arrays[GLB_KIND_LIGHT]));
+    json_t *extensions = document_extensions(builder);
+    if (json_object_size(extensions) > 0)
+        glb_put(builder, root, "extensions", json_incref(extensions));
+    json_decref(extensions);
     if (json_array_size(builder->extensions) > 0)
         glb_put(builder, root, "extensionsUsed", json_incref(builder->extensions));
     if (builder->binary_bytes > 0)

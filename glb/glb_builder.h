@@ -138,12 +138,27 @@ struct glb_camera_desc {
 };
 int glb_builder_add_camera(struct glb_builder *builder, const struct glb_camera_desc *desc);
 
+/* -- Density grids (VITRAIL_density_grids, docs/reference/scene-formats.md) -- */
+
+struct glb_grid_desc {
+    const char *name;
+    uint32_t size[3];       /* required; voxels */
+    const float *values;    /* required; x fastest, then y, then z */
+    double low[3], high[3]; /* required; m, the box through the outer faces of voxels */
+    double density;         /* of a value of 1 [1/m]; 0 means 1 */
+    double color[3];        /* of what is scattered [0,1]; all zero means 1 1 1 */
+    double extinction[3];   /* of the channels; all zero means 1 1 1 */
+    double anisotropy;      /* Henyey and Greenstein's g */
+    bool is_black;          /* color is 0 0 0 */
+};
+int glb_builder_add_grid(struct glb_builder *builder, const struct glb_grid_desc *desc);
+
 /* -- Nodes -- */
 
 struct glb_node_desc {
     const char *name;
     int parent; /* 0 = a root of the scene */
-    int mesh, light, camera;
+    int mesh, light, camera, grid;
     bool has_matrix;       /* matrix instead of translation, rotation and scale */
     double matrix[16];     /* column-major, parent_from_node */
     double translation[3]; /* m */

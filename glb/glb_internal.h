@@ -16,6 +16,7 @@ enum glb_kind {
     GLB_KIND_VIEW,
     GLB_KIND_MESH,
     GLB_KIND_LIGHT,
+    GLB_KIND_GRID,
     GLB_KIND_CAMERA,
     GLB_KIND_NODE,
     GLB_KIND_COUNT
@@ -57,6 +58,10 @@ void glb_use_extension(struct glb_builder *builder, const char *name);
 /* Copies bytes into the BIN chunk, 4-byte aligned, as a buffer view; returns its id. target: GL
  * binding point of the data, 0 = none. */
 int glb_add_view(struct glb_builder *builder, const void *bytes, size_t size_bytes, int target);
+
+/* An accessor of all of a view; NULL after a failure. component: GL_FLOAT, say, as a number. */
+json_t *glb_accessor(struct glb_builder *builder, int view, int component, size_t count,
+                     const char *type);
 
 int glb_fail_memory(struct glb_builder *builder);
 

@@ -13,8 +13,8 @@ enum {
     GL_TARGET_INDICES = 34963,
 };
 
-static json_t *accessor(struct glb_builder *builder, int view, int component, size_t count,
-                        const char *type)
+json_t *glb_accessor(struct glb_builder *builder, int view, int component, size_t count,
+                     const char *type)
 {
     json_t *object = glb_object(builder);
     glb_put(builder, object, "bufferView", json_integer(view - 1));
@@ -52,7 +52,7 @@ static void put_attribute(struct glb_builder *builder, json_t *attributes, const
         }
     size_t size_bytes = count * (size_t)components * sizeof *values;
     int view = glb_add_view(builder, values, size_bytes, GL_TARGET_VERTICES);
-    json_t *object = accessor(builder, view, GL_COMPONENT_FLOAT, count, types[components]);
+    json_t *object = glb_accessor(builder, view, GL_COMPONENT_FLOAT, count, types[components]);
     if (components == 3 && semantic[0] == 'P')
         put_bounds(builder, object, values, count);
     int id = glb_append(builder, GLB_KIND_ACCESSOR, object);
@@ -84,7 +84,7 @@ static void put_indices(struct glb_builder *builder, json_t *primitive,
     free(narrow);
     int component = is_short ? GL_COMPONENT_USHORT : GL_COMPONENT_UINT;
     int id = glb_append(builder, GLB_KIND_ACCESSOR,
-                        accessor(builder, view, component, desc->index_count, "SCALAR"));
+                        glb_accessor(builder, view, component, desc->index_count, "SCALAR"));
     glb_put(builder, primitive, "indices", json_integer(id - 1));
 }
 

@@ -136,6 +136,21 @@ static void attach(struct glb_builder *builder, int id, int parent)
         glb_fail_memory(builder);
 }
 
+static void put_extensions(struct glb_builder *builder, json_t *node,
+                           const struct glb_node_desc *desc)
+{
+    if (!desc->light && !desc->grid)
+        return;
+    json_t *extensions = glb_object(builder);
+    if (desc->light)
+        glb_put(builder, extensions, "KHR_lights_punctual",
+                json_pack("{si}", "light", desc->light - 1));
+    if (desc->grid)
+        glb_put(builder, extensions, "VITRAIL_density_grids",
+                json_pack("{si}", "grid", desc->grid - 1));
+    glb_put(builder, node, "extensions", extensions);
+}
+
 int glb_builder_add_node(struct glb_builder *builder, const struct glb_node_desc *desc)
 {
     if (builder->failure.code != ERROR_NONE)
@@ -143,7 +158,8 @@ int glb_builder_add_node(struct glb_builder *builder, const struct glb_node_desc
     if (!glb_check_id(builder, GLB_KIND_NODE, desc->parent, "node.parent") ||
         !glb_check_id(builder, GLB_KIND_MESH, desc->mesh, "node.mesh") ||
         !glb_check_id(builder, GLB_KIND_LIGHT, desc->light, "node.light") ||
-        !glb_check_id(builder, GLB_KIND_CAMERA, desc->camera, "node.camera"))
+        !glb_check_id(builder, GLB_KIND_CAMERA, desc->camera, "node.camera") ||
+        !glb_check_id(builder, GLB_KIND_GRID, desc->grid, "node.grid"))
         return error_wrap(&builder->failure, "node '%s'", desc->name ? desc->name : "");
     json_t *node = glb_object(builder);
     glb_put_name(builder, node, desc->name);
@@ -152,9 +168,7 @@ int glb_builder_add_node(struct glb_builder *builder, const struct glb_node_desc
         glb_put(builder, node, "mesh", json_integer(desc->mesh - 1));
     if (desc->camera)
         glb_put(builder, node, "camera", json_integer(desc->camera - 1));
-    if (desc->light)
-        glb_put(builder, node, "extensions",
-                json_pack("{s{si}}", "KHR_lights_punctual", "light", desc->light - 1));
+    put_extensions(builder, node, desc);
     int id = glb_append(builder, GLB_KIND_NODE, node);
     if (id)
         attach(builder, id, desc->parent);

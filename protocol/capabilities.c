@@ -396,7 +396,7 @@ static json_t *write_error_parameter(void)
 
 static json_t *write_techniques(void)
 {
-    static const int taps[] = {1, 4, 9, 16, 0}, samples[] = {1, 4, 8, 16, 64, 256, 0};
+    static const int taps[] = {1, 4, 9, 16, 64, 0}, samples[] = {1, 4, 8, 16, 64, 256, 0};
     struct json_writer writer = json_writer_begin(), parameters = json_writer_begin();
     json_put(&writer, "shadows", write_shadows());
     json_put(&writer, "transparency", write_transparency());
@@ -407,7 +407,8 @@ static json_t *write_techniques(void)
     const struct request_quality *quality = &defaults.quality;
     json_put(&parameters, "shadow_resolution",
              write_parameter(1, LIMIT_SHADOW_RESOLUTION, quality->shadow_resolution, NULL));
-    json_put(&parameters, "shadow_taps", write_parameter(1, 16, quality->shadow_taps, taps));
+    json_put(&parameters, "shadow_taps",
+             write_parameter(1, LIMIT_SHADOW_TAPS, quality->shadow_taps, taps));
     json_put(&parameters, "shadow_prefilter",
              write_parameter(1, LIMIT_PREFILTER, quality->shadow_prefilter, NULL));
     json_put(&parameters, "shadow_compression", write_error_parameter());

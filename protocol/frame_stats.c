@@ -68,6 +68,8 @@ static const struct count_member count_members[] = {
     COUNT(shadow_rays),
     COUNT(transparent_fragments),
     COUNT(longest_pixel_list),
+    COUNT(peeled_layers),
+    COUNT(dropped_layers),
     COUNT(light_list_entries),
     COUNT(shadow_maps_built),
     COUNT(shadow_maps_reused),
@@ -497,7 +499,7 @@ static bool read_chosen(const struct json_node *node, struct frame_stats_chosen 
     chosen->source = (enum frame_choice_source)index;
     return json_read_text(&shadows, chosen->shadows, sizeof chosen->shadows) &&
            json_read_int(&resolution, 0, LIMIT_SHADOW_RESOLUTION, &chosen->shadow_resolution) &&
-           json_read_int(&taps, 0, 16, &chosen->shadow_taps) &&
+           json_read_int(&taps, 0, LIMIT_SHADOW_TAPS, &chosen->shadow_taps) &&
            json_read_int(&samples, 1, 256, &chosen->samples) &&
            json_read_number(&compression, 0, 1, &chosen->shadow_compression) &&
            json_read_int(&prefilter, 0, LIMIT_PREFILTER, &chosen->shadow_prefilter) &&

@@ -86,6 +86,7 @@ struct frame_promise {
     double base_ms;   /* of the row that was chosen, before what was learned; 0: none was */
     double bytes;     /* likewise, of memory; 0: not known */
     bool is_warm, is_measured; /* that row's time, and where from: server/worker/time_estimator.h */
+    bool is_hazy;              /* of the frame */
     enum frame_error_source source;
     char warning[FRAME_STATS_TEXT_BYTES]; /* "" = none */
 };

@@ -14,9 +14,9 @@ enum limits {
     LIMIT_REQUEST_JSON_BYTES = 32 << 20,    /* holds 65,536 lights written out in full */
     LIMIT_CANONICAL_JSON_BYTES = 256 << 20, /* such a body with all written out */
     LIMIT_REQUEST_LIGHTS = 65536,           /* a city at night; fits the JSON limit above */
-    LIMIT_REQUEST_OVERRIDES = 65536,        /* nodes or materials overridden in one request */
-    LIMIT_PARTS = 256,                      /* other scenes in one request */
-    LIMIT_PART_SCENES = 16,                 /* different ones: each an open file of a message */
+    LIMIT_REQUEST_OVERRIDES = 65536, /* nodes, materials or grids overridden in one request */
+    LIMIT_PARTS = 256,               /* other scenes in one request */
+    LIMIT_PART_SCENES = 16,          /* different ones: each an open file of a message */
     LIMIT_PART_NAME_BYTES = 256,
     LIMIT_CLIP_PLANES = 8,            /* GL_MAX_CLIP_DISTANCES is at least 8 */
     LIMIT_NAME_BYTES = 1024,          /* node, material, camera names in requests */
@@ -40,6 +40,7 @@ enum limits {
     LIMIT_PICTURE_TILES = 16384,      /* of a picture of a job, two bytes of memory each */
     LIMIT_CAMERA_KEYS = 10000,        /* of a path, 0.1 KiB of memory each: one every 10 frames */
     LIMIT_JOB_AFTER = 16,             /* jobs that one waits for: a shot and its passes */
+    LIMIT_SHADOW_TAPS = 64,           /* texels that a lookup averages: 8 x 8 */
     LIMIT_PREFILTER = 4, /* rays per side of a shadow texel: 16 lists stay in registers */
     LIMIT_TRADEOFF_PIXELS = 9 << 20, /* 4096x2160: the reference takes 16 bytes of each */
     LIMIT_QUEUE_DEPTH = 256,         /* renders waiting for a worker; more are a 503 */
@@ -67,5 +68,7 @@ enum view_limits {
 #define LIMIT_HAZE_DENSITY 1e6          /* 1/m; a micrometre of it dims to 1/e */
 #define LIMIT_HAZE_ANISOTROPY 0.95      /* beyond it the peak is narrower than steps find */
 #define LIMIT_HAZE_FALLOFF 1e9          /* metres; over any scene even */
+#define LIMIT_GRID_FACTOR 1e12          /* density and extinction of grids: as in files */
+#define LIMIT_GRID_ANISOTROPY 0.999     /* of grids: as in files */
 
 #endif

@@ -138,6 +138,9 @@ void render_request_finish(struct render_request *request)
     for (size_t i = 0; i < request->node_count; i++)
         free(request->nodes[i].node);
     free(request->nodes);
+    for (size_t i = 0; i < request->grid_count; i++)
+        free(request->grids[i].grid);
+    free(request->grids);
     for (size_t i = 0; i < request->material_count; i++)
         free(request->materials[i].material);
     free(request->materials);

@@ -114,6 +114,18 @@ struct request_node_override {
     double matrix[16]; /* replaces the local one; column-major, affine, invertible */
 };
 
+struct request_grid_override { /* of a density grid */
+    char *grid;                /* owned */
+    bool has_density;
+    double density; /* extinction of a value of 1 [1/m], [0, LIMIT_GRID_FACTOR] */
+    bool has_extinction;
+    double extinction[3]; /* what each channel takes of that, likewise */
+    bool has_color;
+    double color[3]; /* linear, [0, 1]: the share of the extinction that scatters */
+    bool has_anisotropy;
+    double anisotropy; /* [-LIMIT_GRID_ANISOTROPY, LIMIT_GRID_ANISOTROPY] */
+};
+
 struct request_material_override {
     char *material; /* owned */
     bool has_base_color;
@@ -173,7 +185,7 @@ struct request_quality {
     enum request_blend_filter blend_filter;
     enum request_refraction refraction;
     int shadow_resolution;                         /* texels per side, [1, 16384] */
-    int shadow_taps;                               /* 1, 4, 9 or 16 */
+    int shadow_taps;                               /* 1, 4, 9, 16 or 64 */
     bool says_shadow_resolution, says_shadow_taps; /* said beside max_error or budget_ms, so that
                                                       the server may not choose them */
     int samples; /* per pixel, 1, 4, 8 or 16, raytraced also 64 or 256; 0 = the default, or 1 where
@@ -190,7 +202,7 @@ struct request_quality {
                                   AUTO or DEEP where it is not 1; default 1 */
     double shadow_fallback;    /* where exact deep lists exceed the budget they are compressed to
                                   this error; [0.001, 0.5]; 0 = refused */
-    bool faithful;             /* linked techniques exactly as published */
+    bool faithful;             /* techniques exactly as published, where they have such a form */
     double max_error;          /* [1e-9, 1e6]; 0 = none asked for */
     double budget_ms;          /* [0.001, 86400000]; 0 = none asked for */
 };
@@ -266,6 +278,8 @@ struct render_request {
     size_t node_count;
     struct request_material_override *materials; /* owned, sorted by name */
     size_t material_count;
+    struct request_grid_override *grids; /* owned, sorted by name */
+    size_t grid_count;
     struct request_part *parts; /* owned, sorted by name */
     size_t part_count;
     double clip_planes[8][4];   /* a point with ax+by+cz+d < 0 is cut away */

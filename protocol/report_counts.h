@@ -31,6 +31,8 @@ struct report_counts {
     uint64_t shadow_rays;           /* traced towards lights */
     uint64_t transparent_fragments; /* entries of the camera's per-pixel lists */
     uint64_t longest_pixel_list;
+    uint64_t peeled_layers;  /* one after the other, where layers are peeled: most of a window */
+    uint64_t dropped_layers; /* transparent_fragments that the method had no room for */
     uint64_t light_list_entries;
     uint64_t shadow_maps_built, shadow_maps_reused;
     uint64_t states_reused;   /* 1: the scene's transforms stood from the last frame */

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Reading the overrides of nodes and materials of a render request. */
+/* Reading the overrides of nodes, materials and density grids of a render request. */
+#include <assert.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -7,7 +9,8 @@
 #include "protocol/lobe_members_json.h"
 #include "protocol/request_parts.h"
 
-/* The member's name is that of a node or material. Returns an owned copy, or NULL with err set. */
+/* The member's name is that of a node, material or density grid. Returns an owned copy, or NULL
+ * with err set. */
 static char *copy_name(const struct json_node *node)
 {
     size_t length = strlen(node->key);
@@ -22,19 +25,64 @@ static char *copy_name(const struct json_node *node)
     return name;
 }
 
-static bool expect_few_members(const struct json_node *node)
+/* The overrides of one kind: an array of structs whose first member is the name, an owned
+ * string. */
+struct override_kind {
+    size_t size;
+    const char *of; /* for errors: "nodes" */
+    bool (*read)(const struct json_node *node, void *override);
+};
+
+struct override_list {
+    void *overrides; /* owned */
+    size_t count;
+};
+
+static int compare_names(const void *a, const void *b)
 {
+    return strcmp(*(char *const *)a, *(char *const *)b);
+}
+
+/* Reads an object of overrides, sorted by name. The list is to be freed after an error, too. */
+static bool read_overrides(const struct json_node *node, const struct override_kind *kind,
+                           struct override_list *list)
+{
+    if (!node->value)
+        return true;
     if (!json_expect_object(node, NULL))
         return false;
-    if (json_object_size(node->value) > LIMIT_REQUEST_OVERRIDES)
+    size_t count = json_object_size(node->value);
+    if (count > LIMIT_REQUEST_OVERRIDES)
         return json_refuse(node, ERROR_TOO_LARGE, "the limit is %d", LIMIT_REQUEST_OVERRIDES);
+    list->overrides = calloc(count + 1, kind->size);
+    if (!list->overrides)
+        return error_set(node->err, ERROR_NO_MEMORY, "%zu overrides of %s", count, kind->of);
+
+    const char *key;
+    json_t *value;
+    json_object_foreach(node->value, key, value)
+    {
+        struct json_node member = json_member(node, key);
+        void *one = (char *)list->overrides + list->count * kind->size;
+        if (!member.value)
+            continue;
+        char *name = copy_name(&member);
+        if (!name)
+            return false;
+        *(char **)one = name;
+        list->count++;
+        if (!kind->read(&member, one))
+            return false;
+    }
+    qsort(list->overrides, list->count, kind->size, compare_names);
     return true;
 }
 
 /* ---- nodes ---- */
 
-static bool read_node(const struct json_node *node, struct request_node_override *override)
+static bool read_node(const struct json_node *node, void *out)
 {
+    struct request_node_override *override = out;
     static const char *const known[] = {"visible", "matrix", NULL};
     if (!json_expect_object(node, known))
         return false;
@@ -43,41 +91,6 @@ static bool read_node(const struct json_node *node, struct request_node_override
     override->has_matrix = matrix.value;
     return json_read_bool(&visible, &override->visible) &&
            request_read_matrix(&matrix, override->matrix);
-}
-
-static int compare_nodes(const void *a, const void *b)
-{
-    const struct request_node_override *left = a, *right = b;
-    return strcmp(left->node, right->node);
-}
-
-static bool read_nodes(const struct json_node *node, struct render_request *request)
-{
-    if (!node->value)
-        return true;
-    if (!expect_few_members(node))
-        return false;
-    size_t count = json_object_size(node->value);
-    request->nodes = calloc(count + 1, sizeof *request->nodes);
-    if (!request->nodes)
-        return error_set(node->err, ERROR_NO_MEMORY, "%zu node overrides", count);
-
-    const char *key;
-    json_t *value;
-    json_object_foreach(node->value, key, value)
-    {
-        struct json_node member = json_member(node, key);
-        struct request_node_override *override = &request->nodes[request->node_count];
-        if (!member.value)
-            continue;
-        if (!(override->node = copy_name(&member)))
-            return false;
-        request->node_count++;
-        if (!read_node(&member, override))
-            return false;
-    }
-    qsort(request->nodes, request->node_count, sizeof *request->nodes, compare_nodes);
-    return true;
 }
 
 /* ---- materials ---- */
@@ -153,8 +166,9 @@ static bool read_pass_through(const struct json_node *node,
            json_read_number(&exponent, 0.01, 1000, &override->edge_exponent);
 }
 
-static bool read_material(const struct json_node *node, struct request_material_override *override)
+static bool read_material(const struct json_node *node, void *out)
 {
+    struct request_material_override *o = out;
     static const char *const known[] = {"base_color",
                                         "metallic",
                                         "roughness",
@@ -183,7 +197,6 @@ static bool read_material(const struct json_node *node, struct request_material_
                                         "diffuse_transmission_color",
                                         "dispersion",
                                         NULL};
-    struct request_material_override *o = override;
     if (!json_expect_object(node, known) ||
         !read_optional_color(node, "base_color", 4, 1, &o->has_base_color, o->base_color) ||
         !read_optional(node, "metallic", 1, &o->has_metallic, &o->metallic) ||
@@ -211,50 +224,53 @@ static bool read_material(const struct json_node *node, struct request_material_
            json_read_bool(&cast_once, &o->cast_once);
 }
 
-static int compare_materials(const void *a, const void *b)
-{
-    const struct request_material_override *left = a, *right = b;
-    return strcmp(left->material, right->material);
-}
+/* ---- density grids ---- */
 
-static bool read_materials(const struct json_node *node, struct render_request *request)
+static bool read_grid(const struct json_node *node, void *out)
 {
-    if (!node->value)
-        return true;
-    if (!expect_few_members(node))
+    struct request_grid_override *o = out;
+    static const char *const known[] = {"density", "extinction", "color", "anisotropy", NULL};
+    if (!json_expect_object(node, known))
         return false;
-    size_t count = json_object_size(node->value);
-    request->materials = calloc(count + 1, sizeof *request->materials);
-    if (!request->materials)
-        return error_set(node->err, ERROR_NO_MEMORY, "%zu material overrides", count);
-
-    const char *key;
-    json_t *value;
-    json_object_foreach(node->value, key, value)
-    {
-        struct json_node member = json_member(node, key);
-        struct request_material_override *override = &request->materials[request->material_count];
-        if (!member.value)
-            continue;
-        if (!(override->material = copy_name(&member)))
-            return false;
-        request->material_count++;
-        if (!read_material(&member, override))
-            return false;
-    }
-    qsort(request->materials, request->material_count, sizeof *request->materials,
-          compare_materials);
-    return true;
+    struct json_node anisotropy = json_member(node, "anisotropy");
+    o->has_anisotropy = anisotropy.value;
+    return read_optional(node, "density", LIMIT_GRID_FACTOR, &o->has_density, &o->density) &&
+           read_optional_color(node, "extinction", 3, LIMIT_GRID_FACTOR, &o->has_extinction,
+                               o->extinction) &&
+           read_optional_color(node, "color", 3, 1, &o->has_color, o->color) &&
+           json_read_number(&anisotropy, -LIMIT_GRID_ANISOTROPY, LIMIT_GRID_ANISOTROPY,
+                            &o->anisotropy);
 }
+
+static_assert(offsetof(struct request_node_override, node) == 0 &&
+                  offsetof(struct request_material_override, material) == 0 &&
+                  offsetof(struct request_grid_override, grid) == 0,
+              "an override begins with its name");
 
 bool request_read_overrides(const struct json_node *node, struct render_request *request)
 {
-    static const char *const known[] = {"nodes", "materials", NULL};
+    static const char *const known[] = {"nodes", "materials", "grids", NULL};
+    static const struct override_kind node_kind = {sizeof *request->nodes, "nodes", read_node};
+    static const struct override_kind material_kind = {sizeof *request->materials, "materials",
+                                                       read_material};
+    static const struct override_kind grid_kind = {sizeof *request->grids, "density grids",
+                                                   read_grid};
     if (!node->value)
         return true;
     if (!json_expect_object(node, known))
         return false;
     struct json_node nodes = json_member(node, "nodes");
     struct json_node materials = json_member(node, "materials");
-    return read_nodes(&nodes, request) && read_materials(&materials, request);
+    struct json_node grids = json_member(node, "grids");
+    struct override_list of_nodes = {0}, of_materials = {0}, of_grids = {0};
+    bool is_good = read_overrides(&nodes, &node_kind, &of_nodes) &&
+                   read_overrides(&materials, &material_kind, &of_materials) &&
+                   read_overrides(&grids, &grid_kind, &of_grids);
+    request->nodes = of_nodes.overrides;
+    request->node_count = of_nodes.count;
+    request->materials = of_materials.overrides;
+    request->material_count = of_materials.count;
+    request->grids = of_grids.overrides;
+    request->grid_count = of_grids.count;
+    return is_good;
 }

@@ -122,7 +122,7 @@ static bool read_quality(const struct json_node *node, struct request_quality *q
     struct json_node max_error = json_member(node, "max_error");
     struct json_node budget_ms = json_member(node, "budget_ms");
     if (!json_read_int(&resolution, 1, LIMIT_SHADOW_RESOLUTION, &quality->shadow_resolution) ||
-        !json_read_int(&taps, 1, 16, &quality->shadow_taps) ||
+        !json_read_int(&taps, 1, LIMIT_SHADOW_TAPS, &quality->shadow_taps) ||
         !json_read_int(&samples, 1, 256, &quality->samples) ||
         !json_read_bool(&faithful, &quality->faithful) ||
         !json_read_bool(&reference, &quality->reference) ||
@@ -140,9 +140,11 @@ static bool read_quality(const struct json_node *node, struct request_quality *q
     bool asks = request_quality_asks(quality);
     quality->says_shadow_resolution = asks && resolution.value;
     quality->says_shadow_taps = asks && taps.value;
+    if (!taps.value)
+        quality->shadow_taps = shadow_technique_taps(quality->shadows, 0);
     int n = quality->shadow_taps;
-    if (n != 1 && n != 4 && n != 9 && n != 16)
-        return json_refuse(&taps, ERROR_INVALID_REQUEST, "must be 1, 4, 9 or 16");
+    if (n != 1 && n != 4 && n != 9 && n != 16 && n != 64)
+        return json_refuse(&taps, ERROR_INVALID_REQUEST, "must be 1, 4, 9, 16 or 64");
     char others[SHADOW_TECHNIQUES_TEXT_BYTES];
     if (quality->reference && !shadow_technique_can(quality->shadows, SHADOW_CAN_REFERENCE)) {
         shadow_techniques_text(SHADOW_CAN_REFERENCE, 0, others);

@@ -150,6 +150,25 @@ static json_t *write_material(const struct request_material_override *o)
     return json_writer_take(&writer);
 }
 
+static json_t *write_grids(const struct render_request *request)
+{
+    struct json_writer grids = json_writer_begin();
+    for (size_t i = 0; i < request->grid_count; i++) {
+        const struct request_grid_override *o = &request->grids[i];
+        struct json_writer writer = json_writer_begin();
+        if (o->has_density)
+            json_put_number(&writer, "density", o->density);
+        if (o->has_extinction)
+            json_put_numbers(&writer, "extinction", o->extinction, 3);
+        if (o->has_color)
+            json_put_numbers(&writer, "color", o->color, 3);
+        if (o->has_anisotropy)
+            json_put_number(&writer, "anisotropy", o->anisotropy);
+        json_put(&grids, o->grid, json_writer_take(&writer));
+    }
+    return json_writer_take(&grids);
+}
+
 static json_t *write_overrides(const struct render_request *request)
 {
     struct json_writer writer = json_writer_begin(), materials = json_writer_begin();
@@ -158,6 +177,7 @@ static json_t *write_overrides(const struct render_request *request)
                  write_material(&request->materials[i]));
     json_put(&writer, "nodes", write_nodes(request));
     json_put(&writer, "materials", json_writer_take(&materials));
+    json_put(&writer, "grids", write_grids(request));
     return json_writer_take(&writer);
 }
 

@@ -20,6 +20,7 @@ static const struct scene_format_info formats[SCENE_FORMAT_COUNT] = {
                            VITRAIL_WITH_OPENCASCADE},
     [SCENE_FORMAT_IGES] = {"iges", "IGES", ".iges .igs", "model/iges", "opencascade",
                            VITRAIL_WITH_OPENCASCADE},
+    [SCENE_FORMAT_OPENVDB] = {"vdb", "OpenVDB", ".vdb", NULL, "openvdb", VITRAIL_WITH_OPENVDB},
     [SCENE_FORMAT_3MF] = {"3mf", "3MF", ".3mf", "model/3mf", "assimp", VITRAIL_WITH_ASSIMP},
     [SCENE_FORMAT_3DS] = {"3ds", "3DS", ".3ds", NULL, "assimp", VITRAIL_WITH_ASSIMP},
     [SCENE_FORMAT_STL] = {"stl", "STL", ".stl", "model/stl", "assimp", VITRAIL_WITH_ASSIMP},

@@ -63,6 +63,16 @@ struct outline_material *scene_outline_add_material(struct scene_outline *outlin
     return added;
 }
 
+struct outline_grid *scene_outline_add_grid(struct scene_outline *outline, const char *name,
+                                            struct error *err)
+{
+    void *items = outline->grids;
+    void *added = list_add(&items, &outline->grid_count, SCENE_OUTLINE_ITEMS_MAX,
+                           sizeof *outline->grids, name, err);
+    outline->grids = items;
+    return added;
+}
+
 struct outline_light *scene_outline_add_light(struct scene_outline *outline, const char *name,
                                               struct error *err)
 {
@@ -89,12 +99,15 @@ void scene_outline_finish(struct scene_outline *outline)
         free(outline->nodes[i].name);
     for (size_t i = 0; i < outline->material_count; i++)
         free(outline->materials[i].name);
+    for (size_t i = 0; i < outline->grid_count; i++)
+        free(outline->grids[i].name);
     for (size_t i = 0; i < outline->light_count; i++)
         free(outline->lights[i].name);
     for (size_t i = 0; i < outline->camera_count; i++)
         free(outline->cameras[i].name);
     free(outline->nodes);
     free(outline->materials);
+    free(outline->grids);
     free(outline->lights);
     free(outline->cameras);
     *outline = (struct scene_outline){0};
@@ -118,6 +131,13 @@ static const struct number_member material_numbers[] = {
     {"thickness", offsetof(struct outline_material, thickness), 1, false},
     {"attenuation_color", offsetof(struct outline_material, attenuation_color), 3, false},
     {"attenuation_distance", offsetof(struct outline_material, attenuation_distance), 1, true},
+    {0},
+};
+static const struct number_member grid_numbers[] = {
+    {"density", offsetof(struct outline_grid, density), 1, false},
+    {"extinction", offsetof(struct outline_grid, extinction), 3, false},
+    {"color", offsetof(struct outline_grid, color), 3, false},
+    {"anisotropy", offsetof(struct outline_grid, anisotropy), 1, false},
     {0},
 };
 static const struct number_member light_numbers[] = {
@@ -212,6 +232,14 @@ static json_t *write_material(const struct outline_material *material)
     return json_writer_take(&writer);
 }
 
+static json_t *write_grid(const struct outline_grid *grid)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put_text(&writer, "name", grid->name);
+    put_members(&writer, grid_numbers, grid);
+    return json_writer_take(&writer);
+}
+
 static json_t *write_light(const struct outline_light *light)
 {
     struct json_writer writer = json_writer_begin();
@@ -234,12 +262,14 @@ static json_t *write_camera(const struct outline_camera *camera)
 json_t *scene_outline_to_json(const struct scene_outline *outline)
 {
     json_t *nodes = json_array(), *materials = json_array();
-    json_t *lights = json_array(), *cameras = json_array();
+    json_t *lights = json_array(), *cameras = json_array(), *grids = json_array();
     bool has_failed = false; /* a missing array fails in json_put below */
     for (size_t i = 0; nodes && i < outline->node_count; i++)
         json_append(nodes, write_node(&outline->nodes[i]), &has_failed);
     for (size_t i = 0; materials && i < outline->material_count; i++)
         json_append(materials, write_material(&outline->materials[i]), &has_failed);
+    for (size_t i = 0; grids && i < outline->grid_count; i++)
+        json_append(grids, write_grid(&outline->grids[i]), &has_failed);
     for (size_t i = 0; lights && i < outline->light_count; i++)
         json_append(lights, write_light(&outline->lights[i]), &has_failed);
     for (size_t i = 0; cameras && i < outline->camera_count; i++)
@@ -247,6 +277,7 @@ json_t *scene_outline_to_json(const struct scene_outline *outline)
     struct json_writer writer = json_writer_begin();
     json_put(&writer, "nodes", nodes);
     json_put(&writer, "materials", materials);
+    json_put(&writer, "grids", grids);
     json_put(&writer, "lights", lights);
     json_put(&writer, "cameras", cameras);
     return json_take_unless(json_writer_take(&writer), has_failed);
@@ -297,6 +328,12 @@ static bool read_material(const struct json_node *node, const char *name,
                             &added->alpha_mode);
 }
 
+static bool read_grid(const struct json_node *node, const char *name, struct scene_outline *outline)
+{
+    struct outline_grid *added = scene_outline_add_grid(outline, name, node->err);
+    return added && read_members(node, grid_numbers, added);
+}
+
 static bool read_light(const struct json_node *node, const char *name,
                        struct scene_outline *outline)
 {
@@ -345,6 +382,7 @@ bool scene_outline_read(const struct json_node *node, struct scene_outline *outl
     return json_expect_object(node, NULL) &&
            read_list(node, "nodes", SCENE_OUTLINE_NODES_MAX, read_node, outline) &&
            read_list(node, "materials", SCENE_OUTLINE_ITEMS_MAX, read_material, outline) &&
+           read_list(node, "grids", SCENE_OUTLINE_ITEMS_MAX, read_grid, outline) &&
            read_list(node, "lights", SCENE_OUTLINE_ITEMS_MAX, read_light, outline) &&
            read_list(node, "cameras", SCENE_OUTLINE_ITEMS_MAX, read_camera, outline);
 }

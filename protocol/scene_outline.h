@@ -38,6 +38,13 @@ struct outline_material { /* members as of overrides.materials; factors without 
     struct lobe_members lobes;   /* those that the material has */
 };
 
+struct outline_grid { /* members as of overrides.grids */
+    char *name;
+    double density; /* 1/m */
+    double extinction[3], color[3];
+    double anisotropy;
+};
+
 struct outline_light { /* members as of lights, placed in the world */
     char *name;
     int node;
@@ -59,9 +66,10 @@ struct outline_camera { /* members as of camera */
 struct scene_outline {
     struct outline_node *nodes;
     struct outline_material *materials;
+    struct outline_grid *grids;
     struct outline_light *lights;
     struct outline_camera *cameras;
-    size_t node_count, material_count, light_count, camera_count;
+    size_t node_count, material_count, grid_count, light_count, camera_count;
 };
 
 /* Room for one more at the end of a list, zeroed but for its copied name. NULL with err set: no
@@ -70,6 +78,8 @@ struct outline_node *scene_outline_add_node(struct scene_outline *outline, const
                                             struct error *err);
 struct outline_material *scene_outline_add_material(struct scene_outline *outline, const char *name,
                                                     struct error *err);
+struct outline_grid *scene_outline_add_grid(struct scene_outline *outline, const char *name,
+                                            struct error *err);
 struct outline_light *scene_outline_add_light(struct scene_outline *outline, const char *name,
                                               struct error *err);
 struct outline_camera *scene_outline_add_camera(struct scene_outline *outline, const char *name,

@@ -143,6 +143,7 @@ void scene_summary_finish(struct scene_summary *summary)
     name_list_finish(&summary->node_names);
     name_list_finish(&summary->file_scenes);
     name_list_finish(&summary->variants);
+    name_list_finish(&summary->grids);
     name_list_finish(&summary->extensions_used);
     name_list_finish(&summary->extensions_ignored);
     name_list_finish(&summary->warnings);
@@ -178,6 +179,7 @@ static const struct count_member count_members[] = {
     {"camera_count", offsetof(struct scene_summary, camera_count)},
     {"animation_count", offsetof(struct scene_summary, animation_count)},
     {"variant_count", offsetof(struct scene_summary, variant_count)},
+    {"density_grid_count", offsetof(struct scene_summary, grid_count)},
     {"file_scene_count", offsetof(struct scene_summary, file_scene_count)},
 };
 enum { COUNT_MEMBERS = sizeof count_members / sizeof *count_members };
@@ -261,6 +263,7 @@ json_t *scene_summary_to_json(const struct scene_summary *summary)
     json_put(&writer, "animations", write_animations(summary));
     json_put(&writer, "node_names", summary_write_names(&summary->node_names));
     json_put(&writer, "variants", summary_write_names(&summary->variants));
+    json_put(&writer, "density_grids", summary_write_names(&summary->grids));
     json_put(&writer, "file_scenes", summary_write_names(&summary->file_scenes));
     if (summary->file_scene_count > 0)
         json_put_integer(&writer, "file_scene", summary->file_scene);
@@ -407,6 +410,7 @@ static bool read_summary(const struct json_node *root, struct scene_summary *sum
     struct json_node node_names = json_member(root, "node_names");
     struct json_node file_scenes = json_member(root, "file_scenes");
     struct json_node variants = json_member(root, "variants");
+    struct json_node grids = json_member(root, "density_grids");
     struct json_node file_scene = json_member(root, "file_scene");
     struct json_node lights = json_member(root, "lights"), cameras = json_member(root, "cameras");
     struct json_node animations = json_member(root, "animations");
@@ -423,6 +427,7 @@ static bool read_summary(const struct json_node *root, struct scene_summary *sum
            summary_read_names(&node_names, &summary->node_names) &&
            summary_read_names(&file_scenes, &summary->file_scenes) &&
            summary_read_names(&variants, &summary->variants) &&
+           summary_read_names(&grids, &summary->grids) &&
            json_read_uint64(&file_scene, &summary->file_scene) &&
            read_list(&lights, read_light, summary) && read_list(&cameras, read_camera, summary) &&
            read_list(&animations, read_animation, summary) && read_parts(root, summary) &&

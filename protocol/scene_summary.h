@@ -46,6 +46,8 @@ struct scene_summary {
     struct name_list file_scenes; /* of the file, in its order; "" without a name */
     struct name_list variants;    /* of materials */
     uint64_t variant_count;       /* may be more than the list holds */
+    struct name_list grids;       /* density grids; "" without a name */
+    uint64_t grid_count;          /* may be more than the list holds */
     uint64_t file_scene_count;    /* may be more than the list holds */
     uint64_t file_scene;          /* which of them is shown, where there are any */
     struct summary_item *lights;  /* owned; light_list_count of them */

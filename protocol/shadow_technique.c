@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "protocol/quality_defaults.h"
+
 const struct shadow_technique_row shadow_technique_rows[SHADOWS_COUNT] = {
 #define ROW(id, wire_name, abilities, members, steps, words, says) \
     [SHADOWS_##id] = {.name = (wire_name),                         \
@@ -17,9 +19,7 @@ const struct shadow_technique_row shadow_technique_rows[SHADOWS_COUNT] = {
 #undef ROW
 };
 
-const char *const shadow_techniques_planned[] = {"translucent", "stochastic", "colored-stochastic",
-                                                 "composited",  "volume",     "silhouette",
-                                                 "area",        NULL};
+const char *const shadow_techniques_planned[] = {"volume", "silhouette", "area", NULL};
 
 static const struct shadow_technique_row *row_of(int technique)
 {
@@ -50,6 +50,12 @@ bool shadow_technique_has(enum shadow_technique technique, unsigned parameters)
 {
     const struct shadow_technique_row *row = row_of((int)technique);
     return row && (row->parameters & parameters) == parameters;
+}
+
+int shadow_technique_taps(enum shadow_technique technique, int said)
+{
+    bool is_smooth = shadow_technique_can(technique, SHADOW_CAN_BE_SMOOTH);
+    return quality_or(said, is_smooth ? SHADOW_TAPS_DEFAULT : SHADOW_TAPS_DEFAULT_NOISY);
 }
 
 enum shadow_family shadow_technique_family(enum shadow_technique technique)
@@ -108,9 +114,11 @@ void shadow_techniques_rasterised_text(char text[SHADOW_TECHNIQUES_TEXT_BYTES])
 
 const char *shadow_can_name(int bit)
 {
-    static const char *const names[] = {"color",     "media",        "area_lights",
-                                        "reference", "many_samples", "linked_light_lists",
-                                        "atmosphere"};
+    static const char *const names[] = {"color",      "media",         "area_lights",
+                                        "reference",  "many_samples",  "linked_light_lists",
+                                        "atmosphere", "density_grids", "filter",
+                                        "layers",     "self_shadow",   "noise_free",
+                                        "inside"};
     return bit >= 0 && bit < (int)(sizeof names / sizeof *names) ? names[bit] : NULL;
 }
 

@@ -249,8 +249,8 @@ static bool read_row(const struct json_node *node, struct tradeoff_row *row)
     int technique = 0;
     if (!json_expect_present(&shadows) || !json_read_choice(&shadows, &names, &technique) ||
         !json_read_int(&resolution, 0, LIMIT_SHADOW_RESOLUTION, &row->setting.shadow_resolution) ||
-        !json_read_int(&taps, 0, 16, &row->setting.shadow_taps) || !json_expect_present(&samples) ||
-        !json_read_int(&samples, 1, 256, &row->setting.samples) ||
+        !json_read_int(&taps, 0, LIMIT_SHADOW_TAPS, &row->setting.shadow_taps) ||
+        !json_expect_present(&samples) || !json_read_int(&samples, 1, 256, &row->setting.samples) ||
         !json_read_number(&compression, LIMIT_COMPRESSION_LEAST, LIMIT_COMPRESSION_MOST,
                           &row->setting.shadow_compression) ||
         !json_read_int(&prefilter, 1, LIMIT_PREFILTER, &row->setting.shadow_prefilter))

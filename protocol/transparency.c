@@ -19,6 +19,7 @@ const char *transparency_name(int transparency)
 
 const char *transparency_can_name(int bit)
 {
-    static const char *const names[] = {"media", "traced_shadows", "outputs"};
+    static const char *const names[] = {"media", "traced_shadows", "outputs",     "refraction",
+                                        "haze",  "deep_images",    "ground_plane"};
     return bit >= 0 && bit < (int)(sizeof names / sizeof *names) ? names[bit] : NULL;
 }

@@ -12,14 +12,23 @@ enum transparency_can {
     TRANSPARENCY_CAN_MEDIA = 1 << 0,          /* closed volumes attenuate the light between them */
     TRANSPARENCY_CAN_TRACED_SHADOWS = 1 << 1, /* rays find the shadows on each of them */
     TRANSPARENCY_CAN_OUTPUTS = 1 << 2,        /* auxiliary outputs show them */
-    TRANSPARENCY_CAN_ALL = (1 << 3) - 1,
+    TRANSPARENCY_CAN_REFRACTION = 1 << 3,     /* surfaces bend and scatter what is behind them */
+    TRANSPARENCY_CAN_HAZE = 1 << 4,           /* haze shines between them */
+    TRANSPARENCY_CAN_DEEP = 1 << 5,           /* a deep image, over itself, is the picture */
+    TRANSPARENCY_CAN_GROUND = 1 << 6, /* what the ground plane lets through, by all lights */
+    TRANSPARENCY_CAN_ALL = (1 << 7) - 1,
 };
 
 /* ROW(id, name on the wire, enum transparency_can, one sentence) */
-#define TRANSPARENCIES(ROW)                                                    \
-    ROW(AUTO, "auto", TRANSPARENCY_CAN_ALL, "the most exact available: lists") \
-    ROW(LISTS, "lists", TRANSPARENCY_CAN_ALL,                                  \
-        "every transparent layer of a pixel, sorted; exact for any number of layers")
+#define TRANSPARENCIES(ROW)                                                                    \
+    ROW(AUTO, "auto", TRANSPARENCY_CAN_ALL, "the most exact available: lists")                 \
+    ROW(LISTS, "lists", TRANSPARENCY_CAN_ALL,                                                  \
+        "every transparent layer of a pixel, sorted; exact for any number of layers")          \
+    ROW(WEIGHTED_BLENDED, "weighted-blended",                                                  \
+        TRANSPARENCY_CAN_TRACED_SHADOWS | TRANSPARENCY_CAN_OUTPUTS | TRANSPARENCY_CAN_GROUND,  \
+        "layers averaged by weights of their distance instead of their order; for comparison") \
+    ROW(DEPTH_PEELING, "depth-peeling", 0,                                                     \
+        "layers found and lit one at a time, front to back; as lists, in bounded memory")
 
 enum transparency {
 #define TRANSPARENCY_ID(id, name, can, sentence) TRANSPARENCY_##id,

@@ -26,7 +26,9 @@ struct view_document {
     uint64_t shape;
 };
 
-static const char *const override_lists[] = {"nodes", "materials"};
+static const char *const override_lists[] = {"nodes", "materials", "grids"};
+static const enum view_name_kind override_kinds[] = {VIEW_NAME_NODE, VIEW_NAME_MATERIAL,
+                                                     VIEW_NAME_GRID};
 enum { OVERRIDE_LISTS = sizeof override_lists / sizeof override_lists[0] };
 
 /* ---- canonical form ---- */
@@ -131,7 +133,7 @@ static bool put(json_t *object, const char *key, json_t *value, struct error *er
            error_set(err, ERROR_NO_MEMORY, "patch of a view");
 }
 
-/* overrides.nodes or overrides.materials: the touched entries only. */
+/* overrides.nodes and the other lists: the touched entries only. */
 static bool put_overrides_list(json_t *fragment, const char *list, const json_t *old, json_t *patch,
                                struct error *err)
 {
@@ -272,6 +274,7 @@ static const char *kind_name(enum view_name_kind kind)
 {
     static const char *const names[] = {[VIEW_NAME_NODE] = "node",
                                         [VIEW_NAME_MATERIAL] = "material",
+                                        [VIEW_NAME_GRID] = "density grid",
                                         [VIEW_NAME_ANIMATION] = "animation",
                                         [VIEW_NAME_VARIANT] = "variant"};
     return names[kind];
@@ -307,7 +310,7 @@ static bool check_override(const struct view_document *document, json_t *members
                            const struct view_names *names, int list, const char *key,
                            struct error *err)
 {
-    enum view_name_kind kind = list == 0 ? VIEW_NAME_NODE : VIEW_NAME_MATERIAL;
+    enum view_name_kind kind = override_kinds[list];
     if (may_have(document, members, names, kind, key))
         return true;
     struct json_node root = json_root(members, err), overrides = json_member(&root, "overrides");
@@ -430,6 +433,10 @@ static bool check_scenes(json_t *members, const struct view_scenes *scenes, stru
 static void install_list(json_t *old, const json_t *canonical, json_t *patch, const char *list)
 {
     json_t *entries = json_object_get(old, list);
+    if (!entries) { /* of a view that an older version stored */
+        json_object_set_new(old, list, json_object());
+        entries = json_object_get(old, list);
+    }
     if (json_is_null(patch))
         json_object_clear(entries);
     const char *key;

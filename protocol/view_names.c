@@ -50,6 +50,8 @@ struct view_names *view_names_create(json_t *summary, struct error *err)
              number(summary, "nodes")) &&
         fill(&names->sets[VIEW_NAME_MATERIAL], json_object_get(summary, "materials"),
              number(summary, "material_count")) &&
+        fill(&names->sets[VIEW_NAME_GRID], json_object_get(summary, "density_grids"),
+             number(summary, "density_grid_count")) &&
         fill(&names->sets[VIEW_NAME_ANIMATION], json_object_get(summary, "animations"),
              number(summary, "animation_count")) &&
         fill(&names->sets[VIEW_NAME_VARIANT], json_object_get(summary, "variants"),

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The names of a scene's nodes, materials, animations and variants, to find edits of what is not
- * there. Thread: any, once it is made. */
+/* The names of a scene's nodes, materials, density grids, animations and variants, to find edits of
+ * what is not there. Thread: any, once it is made. */
 #ifndef VITRAIL_PROTOCOL_VIEW_NAMES_H
 #define VITRAIL_PROTOCOL_VIEW_NAMES_H
 
@@ -20,6 +20,7 @@ void view_names_destroy(struct view_names *names); /* accepts NULL */
 enum view_name_kind {
     VIEW_NAME_NODE,
     VIEW_NAME_MATERIAL,
+    VIEW_NAME_GRID,
     VIEW_NAME_ANIMATION,
     VIEW_NAME_VARIANT,
     VIEW_NAME_KIND_COUNT

@@ -72,6 +72,18 @@ struct view_node_override {
     double matrix[16]; /* replaces the local matrix */
 };
 
+struct view_grid_override {
+    const char *grid; /* a density grid; members as of struct scene_grid */
+    bool has_density;
+    float density;
+    bool has_extinction;
+    float extinction[3];
+    bool has_color;
+    float color[3];
+    bool has_anisotropy;
+    float anisotropy;
+};
+
 struct view_material_override {
     const char *material;
     bool has_base_color;
@@ -141,10 +153,11 @@ struct view_quality {
     enum view_refraction refraction;
     /* 0 in the next three and in area_samples: the default (protocol/quality_defaults.h) */
     int shadow_resolution; /* texels per side of one map face */
-    int shadow_taps;       /* 1, 4, 9, 16: nearest, or a tent of sqrt(taps) texels */
+    int shadow_taps;       /* 1, 4, 9, 16, 64: nearest, or a tent of sqrt(taps) texels */
     int samples;    /* per pixel, 1, 4, 8 or 16; by default 1 where the device's targets have one;
                        raytraced: also 64 and 256; of these 16, 64 and 256 on a regular grid */
-    bool faithful;  /* the linked techniques exactly as published, with their approximations */
+    bool faithful;  /* techniques exactly as published, with their approximations: those that have
+                       such a form */
     bool reference; /* the ground truth: ray traced in f64, every light, pixels on a regular grid;
                        shadows AUTO or RAYTRACED only */
     bool expects_reuse; /* shadows AUTO: one of many frames, so what is kept between them costs
@@ -293,6 +306,8 @@ struct view {
     size_t node_override_count;
     const struct view_material_override *materials;
     size_t material_override_count;
+    const struct view_grid_override *grids;
+    size_t grid_override_count;
     const struct view_part *parts; /* borrowed, sorted by name */
     size_t part_count;
     const double (*clip_planes)[4]; /* a point with ax+by+cz+d < 0 is cut away */

@@ -23,12 +23,13 @@ const plain = (key) => (item, index) => ({ ...item, key: key(index) });
  * @param {{summary: object, outline: object}} base
  * @param {object} parts as the view has them: name to {scene, parent, matrix, visible}
  * @param {Map<string, {summary: object, outline: object}>} scenes by id, those of the parts
- * @returns the outline, whose nodes and materials have `key`, their name in overrides, and whose
+ * @returns the outline, whose nodes, materials and grids have `key`, their name in overrides, and whose
  * `at` maps indices of the service to ours; nodes of parts have `part`, a part's own node `isPart`
  */
 export function assemble(base, parts, scenes) {
   const nodes = base.outline.nodes.map(plain((index) => `#${index}`));
   const materials = base.outline.materials.map(plain((index) => `#${index}`));
+  const grids = (base.outline.grids ?? []).map(plain((index) => `#${index}`));
   const lights = [...base.outline.lights];
   const starts = { nodes: [[0, 0]], materials: [[0, 0]] }; // [of the service, of ours]
   let [nodeEnd, materialEnd] = [base.summary.nodes, base.summary.material_count + 1];
@@ -51,6 +52,8 @@ export function assemble(base, parts, scenes) {
     own.outline.lights.forEach((light) => lights.push({ ...light, node: root + 1 + light.node }));
     materials.push(...own.outline.materials.map((material, index) =>
       ({ ...material, name: material.name && `${name}: ${material.name}`, key: `${name}/#${index}` })));
+    grids.push(...(own.outline.grids ?? []).map((grid, index) =>
+      ({ ...grid, name: grid.name && `${name}: ${grid.name}`, key: `${name}/#${index}` })));
     nodeEnd += 1 + own.summary.nodes;
     materialEnd += own.summary.material_count + 1;
   }
@@ -58,7 +61,7 @@ export function assemble(base, parts, scenes) {
     const [from, to] = starts[kind].findLast(([start]) => start <= index);
     return to + index - from;
   };
-  return { ...base.outline, nodes, materials, lights,
+  return { ...base.outline, nodes, materials, grids, lights,
     nodeAt: at("nodes"), materialAt: at("materials") };
 }
 

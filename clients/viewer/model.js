@@ -15,7 +15,7 @@ export const DEFAULTS = Object.freeze({
   scene_lights: true,
   studio: "auto",
   lights: [],
-  overrides: { nodes: {}, materials: {} },
+  overrides: { nodes: {}, materials: {}, grids: {} },
   parts: {},
   clip_planes: [],
   background: [0.012, 0.013, 0.016, 1],
@@ -329,6 +329,25 @@ export class Model extends EventTarget {
     });
   }
 
+  /** A density grid as it is now. */
+  grid(index) {
+    const { key, ...own } = this.scene.outline.grids[index];
+    return { ...own, ...this.view.overrides.grids?.[key] };
+  }
+
+  isGridEdited(index) {
+    return this.scene.outline.grids[index].key in (this.view.overrides.grids ?? {});
+  }
+
+  /** Edits members of a density grid; null puts all of them back as in the file. */
+  editGrid(index, members) {
+    const { key, name } = this.scene.outline.grids[index];
+    this.edit(members ? `Smoke ${name || key}: ${Object.keys(members).join(", ")}` : "Reset smoke", (view) => {
+      const { [key]: old, ...others } = view.overrides.grids ?? {};
+      view.overrides.grids = members ? { ...others, [key]: { ...old, ...members } } : others;
+    });
+  }
+
   // ---- parts: other scenes in this one ----
 
   /** Adds a scene below a node, or at the top; its own node is selected. */
@@ -355,7 +374,7 @@ export class Model extends EventTarget {
         for (const [other, { parent }] of Object.entries(view.parts))
           if (parent === part || parent?.startsWith(`${part}/`)) gone.push(other);
         delete view.parts[part];
-        for (const overrides of [view.overrides.nodes, view.overrides.materials])
+        for (const overrides of Object.values(view.overrides))
           for (const key of Object.keys(overrides)) if (key.startsWith(`${part}/`)) delete overrides[key];
       }
     });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The lights: those of the scene, taken over at the first edit, and new ones, of which there may be
-// thousands; light from all around, and the haze that all of it crosses.
+// thousands; light from all around, and the haze and smoke that all of it crosses.
 import { cssColor } from "./color.js";
 import { button, count, el, icon, number } from "./dom.js";
 import { EnvironmentControls } from "./environment.js";
@@ -9,6 +9,7 @@ import { refill } from "./docks.js";
 import { HazeControls } from "./haze.js";
 import { TYPES, rollOf, rolled } from "./lights.js";
 import { Rows } from "./rows.js";
+import { SmokeControls } from "./smoke.js";
 
 const ICONS = { point: "point", spot: "spot", directional: "sun", rect: "front", disk: "disk" };
 const MANY = 20; // lights, from which on their number is said
@@ -24,7 +25,7 @@ export class LightsPanel {
   /** @param {() => void} changed is called when another light is open */
   constructor(panel, model, maps, changed) {
     Object.assign(this, { panel, model, environment: new EnvironmentControls(maps),
-      haze: new HazeControls(model) });
+      haze: new HazeControls(model), smoke: new SmokeControls(model) });
     this.#changed = changed;
     this.rows = el("ul", { class: "lights", "aria-label": "Lights",
       onkeydown: (event) => this.#key(event) });
@@ -44,7 +45,7 @@ export class LightsPanel {
   #shape() {
     const { scene, view } = this.model;
     const open = scene && this.model.lights[this.#open];
-    return JSON.stringify([scene?.id, view.scene_lights, this.environment.shape, this.haze.shape,
+    return JSON.stringify([scene?.id, view.scene_lights, this.environment.shape, this.haze.shape, this.smoke.shape,
       this.#open, open?.type, scene ? this.model.lights.length : 0]);
   }
 
@@ -194,7 +195,7 @@ export class LightsPanel {
       lights.length > 0 && this.rows,
       isOwn && button({ text: "Lights as in the file", icon: "reset",
         onclick: () => this.model.resetLights() }),
-      [this.environment, this.haze].map((one) => one.rows((update) => this.#controls.push(update))));
+      [this.environment, this.haze, this.smoke].map((one) => one.rows((update) => this.#controls.push(update))));
     this.#active = Math.min(this.#active, Math.max(0, lights.length - 1));
     this.list.draw(true);
   }

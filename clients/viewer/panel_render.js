@@ -90,7 +90,7 @@ export class RenderPanel {
       this.#quality(chooser, "shadow_resolution", 1024,
         { label: "Shadow size", options: [256, 512, 1024, 2048, 4096].map((n) => [String(n), `${n} px`]) }),
       allowed("shadow_taps").length > 1 && this.#quality(chooser, "shadow_taps",
-        parameters.shadow_taps.default ?? 4, { label: "Shadow taps", options: allowed("shadow_taps") }),
+        0, { label: "Shadow taps", options: [["0", "automatic"], ...allowed("shadow_taps")] }),
       allowed("samples").length > 1 && this.#quality(chooser, "samples", parameters.samples.default ?? 0,
         { label: "Samples", options: [["0", "automatic"], ...allowed("samples")] }),
       this.#quality(checkField, "reference", false, { label: "Reference, the ground truth" }),

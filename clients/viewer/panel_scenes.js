@@ -28,7 +28,8 @@ async function filesOfDrop(items) {
 }
 
 const endsWith = (suffixes) => new RegExp(`\\.(${suffixes.join("|")})$`, "i");
-const WITHOUT_OTHERS = ["glb", "ply", "stl", "3mf", "iv", "step", "stp", "iges", "igs"];
+const WITHOUT_OTHERS = ["glb", "ply", "stl", "3mf", "iv", "step", "stp", "iges", "igs",
+  "vdb"];
 const SCENES = [...WITHOUT_OTHERS, "gltf", "obj", "fbx", "dae", "3ds"];
 const BESIDE = ["mtl", "hdr", "exr", "bin", "png", "jpg", "jpeg", "webp", "ktx2"];
 const SCENE = endsWith(SCENES);
@@ -130,7 +131,7 @@ export class ScenesPanel {
     }
     if (!scenes.length)
       showProblem(new Error("None of these files is a scene: .glb, .gltf, .obj, .ply, .stl, .fbx, "
-        + ".dae, .3mf, .3ds, .iv, .step or .iges, or an environment map: .hdr or .exr."),
+        + ".dae, .3mf, .3ds, .iv, .step, .iges or .vdb, or an environment map: .hdr or .exr."),
       "Nothing to upload");
     let last = null;
     for (const [at, named] of scenes.entries()) {

@@ -243,6 +243,18 @@ void options_finish(const struct command *command, void *options)
             text_list_finish((struct text_list *)(void *)((char *)options + o->offset));
 }
 
+/* As much of the text as one line takes: up to its end, or to the last blank that fits. */
+static size_t line_length(const char *text)
+{
+    enum { MOST = 72 };
+    size_t length = strcspn(text, "\n");
+    if (length <= MOST)
+        return length;
+    for (length = MOST; length && text[length] != ' '; length--)
+        continue;
+    return length ? length : strcspn(text, "\n");
+}
+
 static void print_option(const struct option *option)
 {
     char left[64];
@@ -257,7 +269,7 @@ static void print_option(const struct option *option)
     if (strlen(left) >= 26)
         printf("\n%28s", "");
     for (;;) {
-        size_t length = strcspn(line, "\n");
+        size_t length = line_length(line);
         printf("%.*s\n", (int)length, line);
         if (!line[length])
             return;

@@ -162,7 +162,21 @@ static bool put_parts(json_t *root, const struct text_list *list, struct failure
     return is_ok;
 }
 
-/* Cuts, what is drawn over the picture, and other scenes in it. */
+static bool put_grids(json_t *root, const struct text_list *list, struct failure *failure)
+{
+    json_t *grids = json_object();
+    bool is_ok = grids || fail_no_memory(failure);
+
+    for (size_t i = 0; i < list->count && is_ok; i++)
+        is_ok = grid_spec_parse(list->items[i], grids, failure);
+    if (is_ok && list->count &&
+        json_object_update(member_object(member_object(root, "overrides"), "grids"), grids) != 0)
+        is_ok = fail_no_memory(failure);
+    json_decref(grids);
+    return is_ok;
+}
+
+/* Cuts, what is drawn over the picture, other scenes in it, and looks of smoke. */
 static bool put_assembly(json_t *root, const struct request_options *options,
                          struct failure *failure)
 {
@@ -173,7 +187,7 @@ static bool put_assembly(json_t *root, const struct request_options *options,
         return false;
     if (options->edges && !put(root, "edges", edges_spec_parse(options->edges, failure), failure))
         return false;
-    return put_parts(root, &options->parts, failure);
+    return put_parts(root, &options->parts, failure) && put_grids(root, &options->grids, failure);
 }
 
 /* --output a --output b and --output a,b say the same. */

@@ -27,7 +27,7 @@ struct request_options {
         samples, area_samples, environment_samples, refraction_samples, environment_rotation,
         environment_intensity, haze, haze_samples, haze_anisotropy, haze_falloff, haze_base,
         max_error, budget_ms, time_s;
-    struct text_list lights, clips, highlights, parts, outputs, settings;
+    struct text_list lights, clips, highlights, parts, grids, outputs, settings;
     bool no_scene_lights, reference, environment_background;
 };
 
@@ -43,6 +43,7 @@ struct request_options {
     "          directional:dir=0,-1,-0.3;intensity=5;shadow=false\n"                           \
     "Cuts:     A,B,C,D;cap=true;shadows=false    cap=0.8,0.2,0.1 is a colour\n"                \
     "Parts:    bolt=bolt.glb;parent=Flange;pos=0.2,0,0    or matrix=16 numbers\n"              \
+    "Grids:    smoke:density=5;color=0.9,0.9,0.9;extinction=1,1,1;anisotropy=0.3\n"            \
     "Edges:    default    "                                                                    \
     "crease=20;borders=true;silhouettes=true;color=0,0,0;width=1;hidden=0.1\n"
 
@@ -97,6 +98,8 @@ struct request_options {
         REQUEST_OPTION(owner, LIST, "clip", "SPEC", "one more clip plane, see below", clips),      \
         REQUEST_OPTION(owner, LIST, "part", "SPEC",                                                \
                        "one more part: another scene in this one, see below", parts),              \
+        REQUEST_OPTION(owner, LIST, "grid", "SPEC",                                                \
+                       "another density or colour of a density grid, see below", grids),           \
         REQUEST_OPTION(owner, LIST, "highlight", "NODE", "outline this node, and all below it",    \
                        highlights),                                                                \
         REQUEST_OPTION(owner, TEXT, "edges", "SPEC", "draw feature edges, see below", edges),      \

@@ -406,6 +406,36 @@ json_t *edges_spec_parse(const char *text, struct failure *failure)
     return keep_if(is_ok, edges);
 }
 
+static const struct spec_key GRID_KEYS[] = {
+    {"density", "density", 1, SPEC_ANY},
+    {"color", "color", 3, SPEC_ANY},
+    {"extinction", "extinction", 3, SPEC_ANY},
+    {"anisotropy", "anisotropy", 1, SPEC_ANY},
+    {0},
+};
+
+/* No value has a colon, but a name may. */
+bool grid_spec_parse(const char *text, json_t *grids, struct failure *failure)
+{
+    const char *colon = strrchr(text, ':');
+    json_t *grid = json_object();
+    json_t *name = colon ? json_stringn(text, (size_t)(colon - text)) : NULL;
+    char *copy = strdup(colon ? colon + 1 : "");
+    bool is_ok = (grid && copy) || fail_no_memory(failure);
+
+    if (is_ok && (!name || colon == text || !colon[1]))
+        is_ok = fail_spec(failure, "--grid", text, "NAME:density=5;color=r,g,b");
+    if (is_ok && json_object_get(grids, json_string_value(name)))
+        is_ok = fail(failure, EXIT_CODE_USAGE, "--grid: '%.200s' is given twice",
+                     json_string_value(name));
+    is_ok = is_ok && apply_pairs(grid, GRID_KEYS, SPEC_ANY, copy, ";", "--grid", failure) &&
+            (json_object_set(grids, json_string_value(name), grid) == 0 || fail_no_memory(failure));
+    free(copy);
+    json_decref(name);
+    json_decref(grid);
+    return is_ok;
+}
+
 static const struct spec_key PART_KEYS[] = {
     {"parent", "parent", SPEC_TEXT, SPEC_ANY},
     {"pos", "pos", 3, SPEC_ANY},

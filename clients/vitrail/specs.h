@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The short texts of the command line for sizes, colours, cameras, lights, cuts and parts, as JSON
- * of a request. */
+/* The short texts of the command line for sizes, colours, cameras, lights, cuts, parts and smoke,
+ * as JSON of a request. */
 #ifndef VITRAIL_CLIENTS_VITRAIL_SPECS_H
 #define VITRAIL_CLIENTS_VITRAIL_SPECS_H
 
@@ -34,6 +34,10 @@ json_t *edges_spec_parse(const char *text, struct failure *failure);
 /* "NAME=FILE|SCENE-ID[;parent=NODE][;pos=x,y,z|;matrix=16 numbers]" into parts[NAME], whose "scene"
  * is the file or id as given. */
 bool part_spec_parse(const char *text, json_t *parts, struct failure *failure);
+
+/* "NAME:KEY=VALUE;..." with density (1/m), color, extinction, anisotropy, into grids[NAME]: another
+ * look of a density grid. */
+bool grid_spec_parse(const char *text, json_t *grids, struct failure *failure);
 
 /* Exactly `count` numbers with commas between; `what` names the option for the message. */
 json_t *numbers_parse(const char *text, int count, const char *what, struct failure *failure);

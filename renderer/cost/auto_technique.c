@@ -240,9 +240,23 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
     return true;
 }
 
+/* Whatever else the request says of maps, which draw no grids. */
+static bool takes_grids(const struct auto_desc *desc)
+{
+    return desc->state->grid_count > 0 && desc->view->quality.shadows == SHADOWS_AUTO &&
+           desc->view->outputs & 1u << VIEW_OUTPUT_COLOR;
+}
+
 bool auto_choose(struct auto_choice *choice, const struct auto_desc *desc, struct error *err)
 {
     *choice = (struct auto_choice){0};
+    if (takes_grids(desc)) {
+        choice->is_open = true;
+        choice->technique = SHADOWS_RAYTRACED;
+        snprintf(choice->because, sizeof choice->because,
+                 "auto: the scene has density grids, which rays alone draw");
+        return true;
+    }
     if (!desc->settings || desc->settings->policy == AUTO_RASTER || !is_open(desc))
         return true;
     if (desc->settings->policy == AUTO_RAYTRACED && can_draw(desc->view, SHADOWS_RAYTRACED)) {

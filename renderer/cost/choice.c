@@ -152,6 +152,7 @@ static double raster_error(int samples)
 static struct workload guess_work(const struct choice_frame *frame)
 {
     double lights = (double)frame->lights, triangles = (double)frame->triangles;
+    const double smoke = frame->has_grids; /* three of four generated scenes have less of it */
     return (struct workload){
         .pixels = frame->pixels,
         .covered = 0.3,
@@ -169,6 +170,13 @@ static struct workload guess_work(const struct choice_frame *frame)
         .map_triangles = 1.5 * lights * triangles,
         .deep_triangles = 0.2 * lights * triangles,
         .deep_share = 0.3,
+        .haze_slices = 0.7 * frame->haze_slices, /* the others are behind what is seen */
+        .haze_lit = 0.5 * lights,                /* many are spots */
+        .grid_cells = 10 * smoke,
+        .grid_lights = 0.24 * lights * smoke,
+        .grid_lit_cells = 2 * lights * smoke,
+        .grid_shadow_cells = 18 * fmin(0.8 * lights, 3) * smoke,
+        .grid_samples = frame->atmosphere_samples,
     };
 }
 

@@ -59,6 +59,9 @@ struct choice_frame {
     double pixels;
     uint64_t lights;           /* that may cast a shadow */
     uint64_t triangles;        /* of the scene */
+    double haze_slices;        /* of columns of its grid; 0: there is no haze */
+    bool has_grids;            /* of density */
+    int atmosphere_samples;    /* 0: the default */
     bool is_warm;              /* what is kept between frames is there, */
     double shadow_bytes;       /* but for shadow maps beyond this budget, which are made anew for
                                   each; 0 = any */

@@ -9,8 +9,8 @@
 #include "renderer/cost/workload.h"
 
 enum {
-    COLUMNS = 32,
-    ROWS = 18,
+    COLUMNS = SCENE_COLUMNS,
+    ROWS = SCENE_ROWS,
     CELLS = COLUMNS * ROWS,
     TRIANGLES_MAX = 4096, /* sampled: half a millisecond */
     ITEM_TRIANGLES_MIN = 4,
@@ -305,8 +305,10 @@ bool scene_sampling_run(struct scene_sampling *sampling, const struct workload_d
         for (size_t i = 0; i < canvas->count; i++)
             if (!items[i].is_opaque && is_seen(canvas, &items[i]))
                 sampling->layers += items[i].area * items[i].weight;
-        for (int i = 0; i < CELLS; i++)
+        for (int i = 0; i < CELLS; i++) {
             sampling->covered += fmin(canvas->covered[i], 1) / CELLS;
+            sampling->depths[i] = canvas->depth[i] < DBL_MAX ? (float)canvas->depth[i] : INFINITY;
+        }
         choose_points(canvas, sampling);
     }
     free(items);

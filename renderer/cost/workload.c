@@ -5,6 +5,7 @@
 #include "protocol/quality_defaults.h"
 #include "renderer/base/matrix.h"
 #include "renderer/lights/clusters.h"
+#include "renderer/scene/atmosphere_grid.h"
 #include "renderer/shadows/shadow_frame.h"
 #include "shaders/shared/layout.h"
 
@@ -18,8 +19,7 @@ enum {
 };
 static const double PI = 3.14159265358979323846;
 
-/* Whether a light shines on a surface, seen from its upper side. */
-static bool shines_on(const struct state_light *light, const struct scene_sample *point)
+bool workload_shines_on(const struct state_light *light, const struct scene_sample *point)
 {
     double to_light[3];
     if (light->type == SCENE_LIGHT_DIRECTIONAL)
@@ -47,7 +47,7 @@ static double count_lit(const struct workload_desc *desc, const struct scene_sam
         double rays =
             !state_light_is_area(light) ? 1 : quality_or(area_samples, AREA_SAMPLES_DEFAULT);
         for (int p = 0; p < sampling->point_count && reach->is_in_view[i]; p++)
-            if (shines_on(light, &sampling->points[p]))
+            if (workload_shines_on(light, &sampling->points[p]))
                 lit += rays * sampling->points[p].weight / points;
     }
     return lit;
@@ -57,6 +57,55 @@ static double count_directions(const struct view *view)
 {
     int samples = view->quality.environment_samples;
     return view_has_environment(view) ? quality_or(samples, ENVIRONMENT_SAMPLES_DEFAULT) : 0;
+}
+
+bool workload_shines_into(const struct state_light *light, const double point[3])
+{
+    double to_light[3];
+    if (light->type == SCENE_LIGHT_DIRECTIONAL)
+        return true;
+    vec3_sub(light->position, point, to_light);
+    double distance = vec3_length(to_light), along = -vec3_dot(to_light, light->direction);
+    if (state_light_is_area(light))
+        return along > 0;
+    return !(light->range > 0 && distance > (double)light->range) &&
+           (light->type != SCENE_LIGHT_SPOT ||
+            along > distance * cos((double)light->outer_cone_rad));
+}
+
+/* The grid of the haze before the samples: at three points on the way to each. */
+static void measure_haze(struct workload *workload, const struct workload_desc *desc,
+                         const struct scene_sampling *sampling)
+{
+    enum { PLACES = 3 };
+    const struct camera *camera = desc->camera;
+    const struct camera_window whole =
+        camera_window_whole(desc->view->width_px, desc->view->height_px);
+    if (!view_has_atmosphere(desc->view) || !desc->state->light_count)
+        return;
+    const struct atmosphere_grid grid = atmosphere_grid_of(desc->view, &whole);
+    const struct atmosphere_slices slices = atmosphere_slices_of(desc->view, desc->state, camera);
+    double lit = 0, seen = 0, points = 0;
+    for (int p = 0; p < sampling->point_count; p++) {
+        const struct scene_sample *sample = &sampling->points[p];
+        double view[3], at[3];
+        camera_to_view(camera, sample->position, view);
+        points += sample->weight;
+        seen += sample->weight * (1 + atmosphere_slice(&slices, grid.slices, view[2]));
+        for (int place = 1; place <= PLACES; place++) {
+            double share = (double)place / (PLACES + 1);
+            for (int k = 0; k < 3; k++)
+                at[k] = camera->is_orthographic
+                            ? sample->position[k] + camera->back[k] * view[2] * (1 - share)
+                            : camera->eye[k] + share * (sample->position[k] - camera->eye[k]);
+            for (size_t i = 0; i < desc->state->light_count; i++)
+                lit += sample->weight / PLACES * workload_shines_into(&desc->state->lights[i], at);
+        }
+    }
+    double reach = points > 0 ? seen / points : grid.slices;
+    workload->haze_slices = (double)atmosphere_columns(&grid) *
+                            (workload->covered * reach + (1 - workload->covered) * grid.slices);
+    workload->haze_lit = points > 0 ? lit / points : (double)desc->state->light_count;
 }
 
 /* Half of the depth of a cluster over the depth of its middle, as renderer/lights/clusters.c cuts
@@ -241,6 +290,8 @@ bool workload_measure(struct workload *workload, const struct workload_desc *des
         workload->directions = count_directions(desc->view);
         workload->listed = count_listed(desc, &sampling, reach);
         measure_maps(workload, desc, reach);
+        measure_haze(workload, desc, &sampling);
+        workload_measure_grids(workload, desc, &sampling);
     }
     light_reach_finish(&own);
     return ok;

@@ -27,16 +27,28 @@ struct scene_sample {
     double weight;                 /* > 0 */
 };
 
-enum { SCENE_SAMPLES_MAX = 64 };
+enum { SCENE_SAMPLES_MAX = 64, SCENE_COLUMNS = 32, SCENE_ROWS = 18 };
 
 struct scene_sampling {
     double covered, layers, textures, triangles, triangles_in_view;
     struct scene_sample points[SCENE_SAMPLES_MAX];
     int point_count;
+    /* Depth of what is opaque in each cell of the picture, rows from below [m]; INFINITY: none. */
+    float depths[SCENE_ROWS * SCENE_COLUMNS];
 };
 
 /* What the camera sees, on a coarse grid. */
 MUST_CHECK bool scene_sampling_run(struct scene_sampling *sampling,
                                    const struct workload_desc *desc, struct error *err);
+
+/* Whether a light shines on a point of the air. */
+bool workload_shines_into(const struct state_light *light, const double point[3]);
+/* On a surface, seen from its upper side. */
+bool workload_shines_on(const struct state_light *light, const struct scene_sample *point);
+
+/* What density grids add: along rays through a coarse grid of the picture, and from there and from
+ * visible surfaces to lights. */
+void workload_measure_grids(struct workload *workload, const struct workload_desc *desc,
+                            const struct scene_sampling *sampling);
 
 #endif

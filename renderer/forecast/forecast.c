@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+#include "protocol/quality_defaults.h"
+
 static const double MS = 1e-6; /* per ns */
 
 /* AMD EPYC, 2 cores, Mesa 22.3.6 llvmpipe: docs/explanation/cost-model.md. */
@@ -47,6 +49,10 @@ const struct device_costs forecast_costs = {
     .layer_point_ray = 1310,
     .point_walk = 60,
     .built_triangle = 281,
+    .haze_slice = 110,
+    .haze_ray = 11,
+    .grid_point = 527,
+    .grid_cell = 41.5,
 };
 
 bool device_speed_is_known(const struct device_speed *speed)
@@ -94,6 +100,39 @@ static void add_shading(const struct workload *w, const struct forecast_setting 
         MS * rounds * w->triangles_in_view * (c->triangle + more * c->msaa_triangle);
 }
 
+/* A slice of haze is lit as a surface is. */
+static void add_haze(const struct workload *w, const struct forecast_setting *setting,
+                     double terms[FORECAST_TERM_COUNT])
+{
+    const struct device_costs *c = &forecast_costs;
+    terms[FORECAST_TERM_HAZE] += MS * count_rounds(setting) * w->haze_slices *
+                                 (c->haze_slice + w->listed * c->walk + w->haze_lit * c->light);
+}
+
+static void add_haze_rays(const struct workload *w, double rounds,
+                          double terms[FORECAST_TERM_COUNT])
+{
+    double levels = log2(2 + w->triangles);
+    terms[FORECAST_TERM_HAZE_RAYS] +=
+        MS * rounds * w->haze_slices * w->haze_lit * levels * forecast_costs.haze_ray;
+}
+
+/* surfaces: that are shaded. The points of a ray are those of one more panel of four than asked for
+ * (renderer/raytrace/rt_haze.c). */
+static void add_grids(const struct workload *w, const struct forecast_setting *setting,
+                      double surfaces, double terms[FORECAST_TERM_COUNT])
+{
+    const struct device_costs *c = &forecast_costs;
+    double rays = w->pixels * setting->samples, cells = w->grid_cells;
+    double points = 4 + 4 * ceil(quality_grid_points(w->grid_samples, setting->samples) / 4.0);
+    if (setting->has_shadows) {
+        cells += points * w->grid_lit_cells;
+        terms[FORECAST_TERM_GRIDS] += MS * surfaces * w->grid_shadow_cells * c->grid_cell;
+    }
+    terms[FORECAST_TERM_GRIDS] +=
+        MS * rays * (points * w->grid_lights * c->grid_point + cells * c->grid_cell);
+}
+
 static void add_looks(const struct workload *w, const struct forecast_setting *setting,
                       double terms[FORECAST_TERM_COUNT])
 {
@@ -101,6 +140,7 @@ static void add_looks(const struct workload *w, const struct forecast_setting *s
     double looks =
         setting->has_shadows && w->shadowed_lights ? c->look + c->tap * setting->shadow_taps : 0;
     terms[FORECAST_TERM_LOOKS] += MS * count_rounds(setting) * count_surfaces(w) * w->lit * looks;
+    terms[FORECAST_TERM_HAZE] += MS * count_rounds(setting) * w->haze_slices * w->haze_lit * looks;
 }
 
 static void add_maps(const struct workload *w, const struct forecast_setting *setting,
@@ -142,6 +182,8 @@ static void add_rays(const struct workload *w, const struct forecast_setting *se
     terms[FORECAST_TERM_SHADOW_RAYS] += MS * surfaces * asked * c->shadow_ray;
     terms[FORECAST_TERM_TRACED_WALKS] += MS * surfaces * w->listed * c->traced_walk;
     terms[FORECAST_TERM_TRACED_TEXTURES] += MS * surfaces * w->textures * c->traced_texture;
+    add_haze_rays(w, 1, terms);
+    add_grids(w, setting, surfaces, terms);
 }
 
 static void add_point_rays(const struct workload *w, const struct forecast_setting *setting,
@@ -158,6 +200,7 @@ static void add_point_rays(const struct workload *w, const struct forecast_setti
     terms[FORECAST_TERM_POINT_RAYS] +=
         MS * (surfaces * w->lit * levels * c->point_level + layers * w->lit * c->layer_point_ray);
     terms[FORECAST_TERM_POINT_WALKS] += MS * surfaces * w->listed * c->point_walk;
+    add_haze_rays(w, count_rounds(setting), terms);
 }
 
 double forecast_shade_ms(const struct workload *workload, const struct forecast_setting *setting)
@@ -219,6 +262,7 @@ void forecast_add_surfaces(const struct forecast_frame *frame, double terms[FORE
                                                                frame->speed->shade *
                                                                forecast_costs.drawn_frame_ms;
     add_shading(frame->workload, frame->setting, some);
+    add_haze(frame->workload, frame->setting, some);
     spread(some, frame->speed->shade, terms);
 }
 

@@ -34,6 +34,14 @@ struct workload {
     double deep_share;     /* events over texels of the deep faces */
     /* Towards an environment map, which whole pictures by rays take at each visible surface. */
     double directions;
+    /* Of the grid in which the light of haze is found (renderer/scene/atmosphere_grid.h): slices of
+     * columns before what they show, 0 without haze; and mean lights that shine on their points. */
+    double haze_slices, haze_lit;
+    /* Of density grids, means over the camera's rays: cells that they cross; lights in reach of
+     * each grid that they meet; cells on the ways from there to those that shine there. */
+    double grid_cells, grid_lights, grid_lit_cells;
+    double grid_shadow_cells; /* on the ways from a visible surface to all that shine on it */
+    int grid_samples;         /* quality.atmosphere_samples; 0: the default */
 };
 
 /* Times over those of the machine of the fit. Zeroed = not measured. */
@@ -73,6 +81,10 @@ struct device_costs {
     double layer_point_ray;               /* transparent surface besides */
     double point_walk;                    /* as walk, besides it */
     double built_triangle;
+    double haze_slice, haze_ray;  /* a slice of the haze's grid; a ray from it, per doubling of the
+                                     triangles. What maps take of its lights is as of surfaces */
+    double grid_point, grid_cell; /* a point of a density grid for a light in reach, with its ray; a
+                                     cell that is crossed */
 };
 extern const struct device_costs forecast_costs;
 
@@ -106,7 +118,10 @@ enum forecast_term {
     FORECAST_TERM_POINTS, /* of traced shadows: surfaces that ask, */
     FORECAST_TERM_POINT_RAYS,
     FORECAST_TERM_POINT_WALKS,
-    FORECAST_TERM_BUILD, /* of the ray tracer's structure */
+    FORECAST_TERM_BUILD,     /* of the ray tracer's structure */
+    FORECAST_TERM_HAZE,      /* its light, found by the device, */
+    FORECAST_TERM_HAZE_RAYS, /* or by rays */
+    FORECAST_TERM_GRIDS,     /* light from density grids, and their shadows */
     FORECAST_TERM_COUNT
 };
 

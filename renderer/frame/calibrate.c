@@ -77,7 +77,7 @@ static bool add_records(struct blob_writer *writer, struct error *err)
     struct scene_material *material = blob_writer_append(writer, SCENE_MATERIALS, 1, err);
     if (!node || !mesh || !primitive || !material)
         return false;
-    *node = (struct scene_node){.parent = -1, .camera = -1, .light = -1};
+    *node = (struct scene_node){.parent = -1, .camera = -1, .light = -1, .grid = -1};
     set_identity(node->local_matrix);
     set_identity(node->world_matrix);
     *mesh = (struct scene_mesh){.primitive_count = 1};

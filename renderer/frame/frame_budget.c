@@ -4,7 +4,7 @@
 
 #include "renderer/frame/scene_parts.h"
 #include "renderer/shading/deep.h"
-#include "renderer/window/atmosphere_grid.h"
+#include "renderer/scene/atmosphere_grid.h"
 
 enum {
     WINDOWS_LEAST = 8, /* of the budget: this part is not for shadow structures */

@@ -39,6 +39,9 @@ static void report_trace(const struct raytrace_stats *stats, const struct view *
 {
     const char *form = form_of(view);
     report_build(stats, form, because, report);
+    if (stats->haze_ms > 0)
+        report_add_pass(report, "raytrace.haze", "lights shine into the atmosphere", form,
+                        stats->haze_ms, REPORT_SHADE);
     report_add_pass(report, "raytrace.trace", because, form, stats->trace_ms, REPORT_SHADE);
     report_add_bytes(report, "raytrace", stats->scene_bytes);
     report->counts.shadowed_lights = count_casting(view, state);

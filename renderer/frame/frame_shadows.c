@@ -72,6 +72,9 @@ static void report_rays(const struct frame_run *run, const struct traced_shadows
     if (method)
         report_add_pass(report, "shadow.trace", because, technique, traced->stats.trace_ms,
                         REPORT_SHADOW);
+    if (traced->stats.haze_ms > 0)
+        report_add_pass(report, "atmosphere.trace", "lights shine into the atmosphere", technique,
+                        traced->stats.haze_ms, REPORT_SHADE);
     if (seen->is_met)
         report_add_pass(report, "environment.trace", seen->because, PLAN_RAYS, traced->stats.see_ms,
                         REPORT_SHADOW);

@@ -13,6 +13,11 @@ void frame_warn_of_transparency(const struct frame_run *run)
                         "transparency %s does not go with %s: %s takes its place",
                         transparency_name((int)run->view->quality.transparency),
                         transparency_can_name(bit), transparency_name((int)plan->transparency->id));
+    if (plan->requirements[PLAN_NEED_LAYERS].is_met && plan->requirements[PLAN_NEED_COLOR].is_met &&
+        plan->transparency->approximates)
+        report_warn(&run->frame->report, "transparency %s %s",
+                    transparency_name((int)plan->transparency->id),
+                    plan->transparency->approximates);
 }
 
 static void warn_of_refraction(const struct frame_run *run)

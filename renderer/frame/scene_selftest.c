@@ -181,8 +181,12 @@ static bool add_sheet(struct blob_writer *writer, uint32_t index, struct error *
     struct scene_node *node = blob_writer_append(writer, SCENE_NODES, 1, err);
     if (!node)
         return false;
-    *node = (struct scene_node){
-        .parent = -1, .mesh = (int32_t)index, .camera = -1, .light = -1, .source_index = index};
+    *node = (struct scene_node){.parent = -1,
+                                .mesh = (int32_t)index,
+                                .camera = -1,
+                                .light = -1,
+                                .source_index = index,
+                                .grid = -1};
     for (int i = 0; i < 4; i++)
         node->local_matrix[5 * i] = node->world_matrix[5 * i] = 1;
     return add_material(writer, &sheets[index], err) && add_corners(writer, &sheets[index], err) &&
@@ -236,13 +240,34 @@ static struct view_light light_of(int index, int count)
     };
 }
 
+static double noise_of(const struct picture *picture)
+{
+    const struct shadow_method *method = shadow_method_of(picture->trial->quality.shadows);
+    return method ? method->structure->noise : 0;
+}
+
+static double filter_of(int sheet, int channel)
+{
+    return (double)sheets[sheet].color[channel];
+}
+
+/* Of a technique without colours: Rec. 709. */
+static double gray_of(int sheet)
+{
+    return 0.2126 * filter_of(sheet, 0) + 0.7152 * filter_of(sheet, 1) +
+           0.0722 * filter_of(sheet, 2);
+}
+
 /* Of the floor at a point, without what hangs above the lights: Lambert 1760, under two panes that
  * sight passes, and light, too, where its shadows have colours. */
 static double seen_of_floor(const struct picture *picture, const double floor[3], int channel)
 {
-    bool has_colors = shadow_technique_can(picture->trial->quality.shadows, SHADOW_CAN_COLOR);
-    double panes =
-        (double)sheets[LOWER_PANE].color[channel] * (double)sheets[UPPER_PANE].color[channel];
+    enum shadow_technique shadows = picture->trial->quality.shadows;
+    double panes = filter_of(LOWER_PANE, channel) * filter_of(UPPER_PANE, channel), light_panes = 1;
+    if (shadow_technique_can(shadows, SHADOW_CAN_COLOR))
+        light_panes = panes;
+    else if (shadow_technique_can(shadows, SHADOW_CAN_FILTER))
+        light_panes = gray_of(LOWER_PANE) * gray_of(UPPER_PANE);
     double sum = 0;
     for (int i = 0; i < picture->count; i += 2) {
         const struct view_light *light = &picture->lights[i];
@@ -252,7 +277,7 @@ static double seen_of_floor(const struct picture *picture, const double floor[3]
         sum += (double)light->intensity * (double)light->color[channel] * to_light[1] /
                (distance * distance * distance);
     }
-    return albedo / M_PI * sum * panes * (has_colors ? panes : 1);
+    return albedo / M_PI * sum * panes * light_panes;
 }
 
 /* Seen from above. */
@@ -302,9 +327,9 @@ static bool is_right(const struct picture *picture, int x, int y, int channel, d
     double full = seen_of_floor(picture, floor, channel);
     *value = full * (1 - visor * (1 - glass)) * (1 - lid);
     if (!is_at_visor && !is_at_lid)
-        return fabs(found - *value) <= 1e-3 * *value;
-    if ((is_at_visor && is_at_lid) || picture->samples == 1)
-        return isfinite(found) && found >= 0 && found <= 1.05 * full;
+        return fabs(found - *value) <= fmax(1e-3, noise_of(picture)) * *value;
+    if ((is_at_visor && is_at_lid) || picture->samples == 1 || noise_of(picture) > 0)
+        return isfinite(found) && found >= 0 && found <= fmax(1.05, 1 + noise_of(picture)) * full;
     if (is_at_visor)
         return lid == 1 ? found == 0 : is_right_at_edge(found, full, glass, visor);
     full *= 1 - visor * (1 - glass);

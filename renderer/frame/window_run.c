@@ -36,6 +36,7 @@ static struct shade_desc shade_of(const struct window_run *window)
         .lists = context->lists,
         .shadows = renderer->shadows,
         .layers = &context->layers,
+        .items = &window->run->frame_plan->items,
         .traced = frame_run_rays(window->run),
         .seen = frame_run_needs(window->run, PLAN_NEED_VISIBILITY) ? &context->shadow_rays : NULL,
     };

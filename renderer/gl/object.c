@@ -313,15 +313,13 @@ void gl_texture_bind(const struct gl_texture *texture, uint32_t unit)
     glBindTextureUnit(unit, texture->name);
 }
 
-static void attach_depth(GLuint name, const struct gl_framebuffer_desc *desc)
+static void attach(GLuint name, GLenum attachment, const struct gl_texture *texture,
+                   const struct gl_framebuffer_desc *desc)
 {
-    if (!desc->depth)
-        return;
-    if (desc->depth->layers > 0 && !desc->is_layered)
-        glNamedFramebufferTextureLayer(name, GL_DEPTH_ATTACHMENT, desc->depth->name, 0,
-                                       desc->depth_layer);
+    if (texture->layers > 0 && !desc->is_layered)
+        glNamedFramebufferTextureLayer(name, attachment, texture->name, 0, desc->layer);
     else
-        glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, desc->depth->name, 0);
+        glNamedFramebufferTexture(name, attachment, texture->name, 0);
 }
 
 static void set_empty_size(GLuint name, const struct gl_framebuffer_desc *desc)
@@ -344,13 +342,14 @@ bool gl_framebuffer_init(struct gl_framebuffer *framebuffer, const struct gl_fra
     int colors = 0;
     for (; colors < COLORS_MAX && desc->colors[colors]; colors++) {
         draw_buffers[colors] = GL_COLOR_ATTACHMENT0 + (GLenum)colors;
-        glNamedFramebufferTexture(name, draw_buffers[colors], desc->colors[colors]->name, 0);
+        attach(name, draw_buffers[colors], desc->colors[colors], desc);
     }
     if (colors)
         glNamedFramebufferDrawBuffers(name, colors, draw_buffers);
     else
         glNamedFramebufferDrawBuffer(name, GL_NONE);
-    attach_depth(name, desc);
+    if (desc->depth)
+        attach(name, GL_DEPTH_ATTACHMENT, desc->depth, desc);
     if (!colors && !desc->depth)
         set_empty_size(name, desc);
     GLenum status = glCheckNamedFramebufferStatus(name, GL_FRAMEBUFFER);

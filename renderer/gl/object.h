@@ -109,9 +109,9 @@ struct gl_framebuffer_desc {
     const char *label;                  /* required */
     const struct gl_texture *colors[5]; /* NULL ends the list */
     const struct gl_texture *depth;     /* optional */
-    int depth_layer;            /* layer of an array depth texture, when depth->layers > 0 ... */
-    bool is_layered;            /* ... else all of them: the vertex stage chooses */
-    int width, height, samples; /* of a framebuffer without attachments */
+    int layer;                          /* of array textures the one that is drawn to ... */
+    bool is_layered;                    /* ... else all of them: the vertex stage chooses */
+    int width, height, samples;         /* of a framebuffer without attachments */
 };
 
 MUST_CHECK bool gl_framebuffer_init(struct gl_framebuffer *framebuffer,

@@ -24,7 +24,7 @@ static struct module {
     void (*load)(void);
     const struct converter_functions *functions;
     char problem[160];
-} modules[2];
+} modules[3];
 
 static void load(struct module *module)
 {
@@ -63,9 +63,15 @@ static void load_opencascade(void)
     load(&modules[1]);
 }
 
-static struct module modules[2] = {
+static void load_openvdb(void)
+{
+    load(&modules[2]);
+}
+
+static struct module modules[3] = {
     {.converter = "assimp", .once = PTHREAD_ONCE_INIT, .load = load_assimp},
     {.converter = "opencascade", .once = PTHREAD_ONCE_INIT, .load = load_opencascade},
+    {.converter = "openvdb", .once = PTHREAD_ONCE_INIT, .load = load_openvdb},
 };
 
 static const struct converter_functions *find_module(enum scene_format format, struct error *err)

@@ -31,6 +31,7 @@ static const char *const known_extensions[] = {
     "KHR_meshopt_compression",
     "KHR_node_visibility",
     "KHR_texture_transform",
+    "VITRAIL_density_grids",
     NULL,
 };
 /* clang-format on */

@@ -51,7 +51,7 @@ static const struct field buffer_view[] = {ONE("buffer", INDEX),
                                            OBJECT("extensions", view_extensions),
                                            END};
 
-/* ---- cameras and lights ---- */
+/* ---- cameras, lights and density grids ---- */
 
 static const struct field perspective[] = {ONE("aspectRatio", NUMBER), ONE("yfov", NUMBER),
                                            ONE("zfar", NUMBER), ONE("znear", NUMBER), END};
@@ -70,6 +70,22 @@ static const struct field light[] = {NEEDED("type", TEXT),
                                      END};
 static const struct field lights[] = {OBJECTS("lights", light), END};
 static const struct field light_of_node[] = {NEEDED("light", INDEX), END};
+
+static const struct field procedure[] = {NEEDED("type", TEXT), ONE("seed", SIZE),
+                                         ONE("detail", SIZE), END};
+static const struct field grid[] = {ONE("name", TEXT),
+                                    {"size", FIELD_SIZE, true, true, 3, NULL},
+                                    ONE("values", INDEX),
+                                    OBJECT("procedure", procedure),
+                                    {"min", FIELD_NUMBER, true, true, 3, NULL},
+                                    {"max", FIELD_NUMBER, true, true, 3, NULL},
+                                    ONE("density", NUMBER),
+                                    VECTOR("extinction", 3),
+                                    VECTOR("color", 3),
+                                    ONE("anisotropy", NUMBER),
+                                    END};
+static const struct field grids[] = {OBJECTS("grids", grid), END};
+static const struct field grid_of_node[] = {NEEDED("grid", INDEX), END};
 
 /* ---- materials and textures ---- */
 
@@ -177,9 +193,9 @@ static const struct field mesh[] = {OBJECTS("primitives", primitive), LIST("weig
                                     ONE("name", TEXT), END};
 static const struct field instancing[] = {NEEDED("attributes", MAP), END};
 static const struct field visibility[] = {ONE("visible", BOOLEAN), END};
-static const struct field node_extensions[] = {OBJECT("EXT_mesh_gpu_instancing", instancing),
-                                               OBJECT("KHR_lights_punctual", light_of_node),
-                                               OBJECT("KHR_node_visibility", visibility), END};
+static const struct field node_extensions[] = {
+    OBJECT("EXT_mesh_gpu_instancing", instancing), OBJECT("KHR_lights_punctual", light_of_node),
+    OBJECT("KHR_node_visibility", visibility), OBJECT("VITRAIL_density_grids", grid_of_node), END};
 static const struct field node[] = {LIST("children", INDEX),
                                     ONE("camera", INDEX),
                                     ONE("skin", INDEX),
@@ -199,7 +215,8 @@ static const struct field scene[] = {LIST("nodes", INDEX), ONE("name", TEXT), EN
 static const struct field variant[] = {NEEDED("name", TEXT), END};
 static const struct field variants[] = {OBJECTS("variants", variant), END};
 static const struct field document_extensions[] = {OBJECT("KHR_lights_punctual", lights),
-                                                   OBJECT("KHR_materials_variants", variants), END};
+                                                   OBJECT("KHR_materials_variants", variants),
+                                                   OBJECT("VITRAIL_density_grids", grids), END};
 const struct field gltf_document_fields[] = {OBJECTS("accessors", accessor),
                                              OBJECTS("bufferViews", buffer_view),
                                              OBJECTS("cameras", camera),

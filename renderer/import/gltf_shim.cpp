@@ -39,6 +39,7 @@ struct holder {
     std::vector<gltf_sampler> samplers;
     std::vector<gltf_light> lights;
     std::vector<gltf_camera> cameras;
+    std::vector<gltf_grid> grids;
     std::vector<std::vector<double>> numbers; // arrays that came out of extensions and extras
     std::vector<std::vector<int>> integers;   // likewise
 };
@@ -446,6 +447,7 @@ void convert_node(holder &h, const tinygltf::Node &n)
     out.mesh = n.mesh;
     out.camera = n.camera;
     out.light = integer(extension(n.extensions, "KHR_lights_punctual"), "light", -1);
+    out.grid = integer(extension(n.extensions, "VITRAIL_density_grids"), "grid", -1);
     out.skin = n.skin;
     out.is_visible = is_visible(n);
     static const char *const instance_names[GLTF_INSTANCE_ATTRIBUTE_COUNT] = {"TRANSLATION",
@@ -491,6 +493,30 @@ void convert_light(holder &h, const tinygltf::Light &l)
     h.lights.push_back(out);
 }
 
+void convert_grids(holder &h)
+{
+    const tinygltf::Value *list =
+        member(extension(h.model.extensions, "VITRAIL_density_grids"), "grids");
+    for (size_t i = 0; i < array_length(list); i++) {
+        const tinygltf::Value *g = &list->Get(int(i));
+        gltf_grid out = {};
+        out.name = text(g, "name", "");
+        out.size = number_array(h, g, "size");
+        out.values = integer(g, "values", -1);
+        const tinygltf::Value *procedure = member(g, "procedure");
+        out.procedure = text(procedure, "type", nullptr);
+        out.seed = number(procedure, "seed", 0);
+        out.detail = number(procedure, "detail", 4);
+        out.min = number_array(h, g, "min");
+        out.max = number_array(h, g, "max");
+        out.density = number(g, "density", 1);
+        out.extinction = number_array(h, g, "extinction");
+        out.color = number_array(h, g, "color");
+        out.anisotropy = number(g, "anisotropy", 0);
+        h.grids.push_back(out);
+    }
+}
+
 void convert_meshes(holder &h)
 {
     for (const tinygltf::Mesh &m : h.model.meshes) {
@@ -530,6 +556,7 @@ void convert(holder &h)
         convert_light(h, l);
     for (const tinygltf::Camera &c : m.cameras)
         convert_camera(h, c);
+    convert_grids(h);
 }
 
 void publish(holder &h)
@@ -561,6 +588,8 @@ void publish(holder &h)
     d.light_count = h.lights.size();
     d.cameras = h.cameras.data();
     d.camera_count = h.cameras.size();
+    d.grids = h.grids.data();
+    d.grid_count = h.grids.size();
     d.default_scene = h.model.defaultScene;
 }
 

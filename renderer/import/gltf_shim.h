@@ -131,6 +131,7 @@ enum gltf_instance_attribute {
 struct gltf_node {
     const char *name;
     int mesh, camera, light, skin;
+    int grid;                                               /* VITRAIL_density_grids */
     bool is_visible;                                        /* KHR_node_visibility */
     bool is_instanced;                                      /* carries EXT_mesh_gpu_instancing */
     int instance_attributes[GLTF_INSTANCE_ATTRIBUTE_COUNT]; /* accessors */
@@ -221,6 +222,16 @@ struct gltf_camera {
     double y_fov_rad, aspect, x_mag, y_mag, z_near, z_far;
 };
 
+/* Of VITRAIL_density_grids. */
+struct gltf_grid {
+    const char *name;
+    struct gltf_numbers size, min, max, extinction, color;
+    double density, anisotropy;
+    int values;            /* accessor, or -1 */
+    const char *procedure; /* its type; NULL: none */
+    double seed, detail;   /* of it */
+};
+
 struct gltf_document {
     const char *const *extensions_used;
     size_t extension_used_count;
@@ -248,6 +259,8 @@ struct gltf_document {
     size_t light_count;
     const struct gltf_camera *cameras;
     size_t camera_count;
+    const struct gltf_grid *grids;
+    size_t grid_count;
     int default_scene; /* -1 when absent */
 };
 

@@ -221,10 +221,10 @@ static bool import_all(struct importer *importer, const struct scene_import_desc
     return list_lines(importer, warnings, err) && list_extensions(importer, err) &&
            import_materials(importer, err) && import_variants(importer, err) &&
            import_textures(importer, err) && import_lights(importer, err) &&
-           import_cameras(importer, err) && import_hierarchy(importer, err) &&
-           import_meshes(importer, err) && import_nodes(importer, err) &&
-           import_skins(importer, err) && import_animations(importer, err) &&
-           list_warnings(importer, err);
+           import_cameras(importer, err) && import_grids(importer, err) &&
+           import_hierarchy(importer, err) && import_meshes(importer, err) &&
+           import_nodes(importer, err) && import_skins(importer, err) &&
+           import_animations(importer, err) && list_warnings(importer, err);
 }
 
 static void importer_finish(struct importer *importer)

@@ -140,7 +140,7 @@ static bool append_instances(struct importer *importer, const struct node_names 
                              "the world matrix of its instance %u is not finite", i);
         to->parent = (int32_t)blob_node;
         to->mesh = importer->mesh_of[node->mesh];
-        to->camera = to->light = -1;
+        to->camera = to->light = to->grid = -1;
         to->source_index = source;
         if (!add_name(importer, names, name, i, &to->name, err))
             return false;

@@ -283,6 +283,8 @@ static bool fill_node(struct importer *importer, uint32_t source,
         return error_set(err, ERROR_INVALID_SCENE, "there is no camera %d", node->camera);
     if (node->light >= (int64_t)document->light_count)
         return error_set(err, ERROR_INVALID_SCENE, "there is no light %d", node->light);
+    if (node->grid >= (int64_t)document->grid_count)
+        return error_set(err, ERROR_INVALID_SCENE, "there is no density grid %d", node->grid);
     if (!local_matrix(node, out->local_matrix, err))
         return false;
     out->parent = blob_node_of_parent[source];
@@ -296,6 +298,7 @@ static bool fill_node(struct importer *importer, uint32_t source,
     out->mesh = has_mesh ? importer->mesh_of[node->mesh] : -1;
     out->camera = node->camera;
     out->light = node->light;
+    out->grid = node->grid;
     out->source_index = source;
     return blob_writer_add_text(&importer->writer, node_names_find(names, document, node),
                                 &out->name, err);
@@ -346,12 +349,12 @@ static void grow_bounds(struct scene_header *header, const double point[3])
 }
 
 static void grow_by_corners(struct scene_header *header, const double world[16],
-                            const struct scene_primitive *p)
+                            const float bounds_min[3], const float bounds_max[3])
 {
     for (int corner = 0; corner < 8; corner++) {
         double point[3];
         for (int i = 0; i < 3; i++)
-            point[i] = corner >> i & 1 ? p->bounds_max[i] : p->bounds_min[i];
+            point[i] = corner >> i & 1 ? bounds_max[i] : bounds_min[i];
         mat4_transform_point(world, point, point);
         grow_bounds(header, point);
     }
@@ -418,12 +421,16 @@ static bool measure(struct importer *importer, struct error *err)
     const struct scene_node *nodes = sections[SCENE_NODES].records;
     const struct scene_mesh *meshes = sections[SCENE_MESHES].records;
     const struct scene_primitive *primitives = sections[SCENE_PRIMITIVES].records;
+    const struct scene_grid *grids = sections[SCENE_GRIDS].records;
     const float *positions = sections[SCENE_POSITIONS].records;
     struct scene_header *header = &importer->header;
     uint64_t visited = 0;
     for (uint64_t n = 0; n < sections[SCENE_NODES].count; n++) {
         if (header->default_camera_node < 0 && nodes[n].camera >= 0)
             header->default_camera_node = (int32_t)n;
+        if (nodes[n].grid >= 0 && !is_hidden[n])
+            grow_by_corners(header, nodes[n].world_matrix, grids[nodes[n].grid].bounds_min,
+                            grids[nodes[n].grid].bounds_max);
         const struct scene_mesh *mesh = nodes[n].mesh < 0 ? NULL : &meshes[nodes[n].mesh];
         for (uint32_t i = 0; mesh && i < mesh->primitive_count; i++) {
             const struct scene_primitive *p = &primitives[mesh->first_primitive + i];
@@ -433,7 +440,7 @@ static bool measure(struct importer *importer, struct error *err)
                 continue;
             visited += p->vertex_count;
             if (visited > TIGHT_BOUNDS_VERTICES_MAX)
-                grow_by_corners(header, nodes[n].world_matrix, p);
+                grow_by_corners(header, nodes[n].world_matrix, p->bounds_min, p->bounds_max);
             else
                 grow_by_vertices(header, nodes[n].world_matrix, positions + 3ull * p->first_vertex,
                                  p->vertex_count);

@@ -76,6 +76,7 @@ MUST_CHECK bool import_variants(struct importer *importer, struct error *err);
 MUST_CHECK bool import_textures(struct importer *importer, struct error *err);
 MUST_CHECK bool import_lights(struct importer *importer, struct error *err);
 MUST_CHECK bool import_cameras(struct importer *importer, struct error *err);
+MUST_CHECK bool import_grids(struct importer *importer, struct error *err);
 MUST_CHECK bool import_hierarchy(struct importer *importer, struct error *err);
 MUST_CHECK bool import_meshes(struct importer *importer, struct error *err);
 MUST_CHECK bool import_nodes(struct importer *importer, struct error *err);

@@ -15,7 +15,7 @@
 #include "renderer/shadows/shadows.h"
 #include "renderer/shadows/technique.h"
 #include "renderer/transparency/method.h"
-#include "renderer/window/atmosphere_grid.h"
+#include "renderer/scene/atmosphere_grid.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"
@@ -186,10 +186,26 @@ struct shadow_census {
     size_t lights, casters;
 };
 
-static void count_light(struct plan *plan, const struct shadow_need *light, int resolution,
-                        struct shadow_census census[2])
+/* What the technique of a light does to its transparent casters, and not as they would. */
+static void count_lacks(struct plan *plan, const struct shadow_need *light, bool is_hazy)
 {
-    bool has_lists = light->has_structure && light->method->structure->has_lists;
+    enum shadow_technique id = light->method->id;
+    const struct shadow_casters *casters = &light->casters;
+    if (!casters->transparent_count)
+        return;
+    plan->gray_lights += !shadow_technique_can(id, SHADOW_CAN_COLOR);
+    plan->layered_lights += casters->has_layers && !shadow_technique_can(id, SHADOW_CAN_LAYERS);
+    plan->bodied_lights += (is_hazy ? casters->has_layers : casters->has_bodies) &&
+                           shadow_technique_can(id, SHADOW_CAN_LAYERS) &&
+                           !shadow_technique_can(id, SHADOW_CAN_INSIDE);
+    plan->excluding_lights +=
+        casters->has_exclusions && !shadow_technique_can(id, SHADOW_CAN_SELF_SHADOW);
+}
+
+static void count_light(struct plan *plan, const struct shadow_need *light,
+                        const struct frame_plan_desc *desc, struct shadow_census census[2])
+{
+    bool filters = light->has_structure && light->method->structure->filters;
     if (light->method)
         plan->lights_by_technique[light->method->id]++;
     if (light->is_traced) {
@@ -197,17 +213,19 @@ static void count_light(struct plan *plan, const struct shadow_need *light, int 
         plan->window_shadows = light->method;
         return;
     }
-    plan->unfiltered_lights += light->casters.transparent_count > 0 && !has_lists;
+    plan->unfiltered_lights += light->casters.transparent_count > 0 && !filters;
     if (!light->has_structure) {
         plan->unshadowed_lights++;
         return;
     }
-    plan->shadow_texels +=
-        (uint64_t)light->frame.face_count * (uint64_t)resolution * (uint64_t)resolution;
+    uint64_t resolution = (uint64_t)shadow_resolution(&desc->view->quality, desc->limits);
+    plan->shadow_texels += (uint64_t)light->frame.face_count * resolution * resolution;
     census[0].lights += light->casters.opaque_count > 0;
     census[0].casters += light->casters.opaque_count;
-    census[1].lights += has_lists;
-    census[1].casters += has_lists ? light->casters.transparent_count : 0;
+    if (filters)
+        count_lacks(plan, light, view_has_atmosphere(desc->view));
+    census[1].lights += filters;
+    census[1].casters += filters ? light->casters.transparent_count : 0;
 }
 
 /* Shading takes points of area lights where rays find the shadow of each, else the whole. */
@@ -256,7 +274,7 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
         return false;
     for (size_t i = 0; i < made->shadows.light_count; i++)
         if (!made->shadows.lights[i].is_unseen)
-            count_light(plan, &made->shadows.lights[i], resolution, census);
+            count_light(plan, &made->shadows.lights[i], desc, census);
     for (size_t i = 0;
          i < made->shadows.light_count && shadow_compress_is_asked(&desc->view->quality); i++)
         plan->compressed_lights += shadow_need_may_compress(&made->shadows.lights[i]);
@@ -333,7 +351,7 @@ static enum shadow_technique find_thick_media(const struct shadow_needs *shadows
     for (size_t i = 0; i < shadows->light_count; i++) {
         const struct shadow_need *light = &shadows->lights[i];
         if (light->has_structure && light->casters.has_media &&
-            shadow_technique_can(light->method->id, SHADOW_CAN_COLOR) &&
+            shadow_technique_can(light->method->id, SHADOW_CAN_FILTER) &&
             !shadow_technique_can(light->method->id, SHADOW_CAN_MEDIA))
             found = light->method->id;
     }
@@ -351,8 +369,14 @@ static bool check_technique(struct frame_plan *made, const struct frame_plan_des
             .lights = desc->state->light_count,
             .area_lights = scene_state_area_lights(desc->state),
             .unfiltered_lights = plan->unfiltered_lights,
+            .gray_lights = plan->gray_lights,
+            .layered_lights = plan->layered_lights,
+            .bodied_lights = plan->bodied_lights,
+            .excluding_lights = plan->excluding_lights,
             .is_hazy = needs(plan, PLAN_NEED_ATMOSPHERE) ||
                        (needs(plan, PLAN_NEED_TRACED) && view_has_atmosphere(desc->view)),
+            .has_grids = desc->state->grid_count > 0 &&
+                         (needs(plan, PLAN_NEED_COLOR) || needs(plan, PLAN_NEED_TRACED)),
             .window_lights = plan->traced_lights,
             .thick_media = find_thick_media(&made->shadows)},
         &plan->lacks, err);
@@ -469,8 +493,9 @@ static void plan_layers(struct plan *plan, enum plan_step step)
 /* The method for what the frame asks of its surfaces: one that can all where the one that the
  * request names cannot. */
 static void choose_transparency(struct plan *plan, const struct frame_plan *made,
-                                enum transparency asked)
+                                const struct frame_plan_desc *desc)
 {
+    const struct view *view = desc->view;
     unsigned can = 0;
     if (made->items.medium_count)
         can |= TRANSPARENCY_CAN_MEDIA;
@@ -478,7 +503,15 @@ static void choose_transparency(struct plan *plan, const struct frame_plan *made
         can |= TRANSPARENCY_CAN_TRACED_SHADOWS;
     if (needs(plan, PLAN_NEED_AUXILIARY))
         can |= TRANSPARENCY_CAN_OUTPUTS;
-    plan->transparency = transparency_method_of(asked);
+    if (needs(plan, PLAN_NEED_REFRACTION))
+        can |= TRANSPARENCY_CAN_REFRACTION;
+    if (view_has_atmosphere(view)) /* haze that no light shines into dims, too */
+        can |= TRANSPARENCY_CAN_HAZE;
+    if (needs(plan, PLAN_NEED_DEEP))
+        can |= TRANSPARENCY_CAN_DEEP;
+    if (desc->state->ground_plane.is_there)
+        can |= TRANSPARENCY_CAN_GROUND;
+    plan->transparency = transparency_method_of(view->quality.transparency);
     plan->transparency_lacks =
         needs(plan, PLAN_NEED_LAYERS) ? transparency_method_lacks(plan->transparency, can) : 0;
     if (plan->transparency_lacks)
@@ -495,8 +528,20 @@ static void plan_apart(struct plan *plan)
     plan->passes[plan->pass_count - 1].is_conditional = true; /* only where light differs */
 }
 
-static const char *const atmosphere_passes[] = {"atmosphere.reach", "atmosphere.light",
-                                                "atmosphere.sum"};
+/* Light of haze is found by the device, or by the rays that find shadows. */
+static void plan_atmosphere(struct plan *plan)
+{
+    static const char technique[] = "froxels";
+    const struct shadow_method *method = plan->window_shadows;
+    if (method && needs(plan, PLAN_NEED_TRACED_SHADOWS)) {
+        add_pass(plan, PLAN_NEED_ATMOSPHERE, PLAN_STEP_SHADE, "atmosphere.trace",
+                 shadow_technique_name((int)method->id), 0);
+    } else {
+        add_pass(plan, PLAN_NEED_ATMOSPHERE, PLAN_STEP_SHADE, "atmosphere.reach", technique, 0);
+        add_pass(plan, PLAN_NEED_ATMOSPHERE, PLAN_STEP_SHADE, "atmosphere.light", technique, 0);
+    }
+    add_pass(plan, PLAN_NEED_ATMOSPHERE, PLAN_STEP_SHADE, "atmosphere.sum", technique, 0);
+}
 
 static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
 {
@@ -507,6 +552,8 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
         lists = "linked-faithful";
     const char *form = quality->reference ? "reference" : "raytraced";
     add_pass(plan, PLAN_NEED_TRACED, PLAN_STEP_TRACE, "raytrace.build", form, 0);
+    if (view_has_atmosphere(desc->view) && !quality->reference)
+        add_pass(plan, PLAN_NEED_TRACED, PLAN_STEP_TRACE, "raytrace.haze", form, 0);
     add_pass(plan, PLAN_NEED_TRACED, PLAN_STEP_TRACE, "raytrace.trace", form, 0);
     plan_shadows(plan);
     plan_rays(plan, PLAN_STEP_RAYS);
@@ -517,8 +564,7 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
     plan_rays(plan, PLAN_STEP_SHADOW_POINTS);
     if (needs(plan, PLAN_NEED_COLOR))
         plan_layers(plan, PLAN_STEP_SHADE);
-    for (size_t i = 0; i < sizeof atmosphere_passes / sizeof *atmosphere_passes; i++)
-        add_pass(plan, PLAN_NEED_ATMOSPHERE, PLAN_STEP_SHADE, atmosphere_passes[i], "froxels", 0);
+    plan_atmosphere(plan);
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_SHADE, "shade.opaque",
              plan->target_samples > 1 ? "msaa4" : "", 0);
     plan_apart(plan);
@@ -556,7 +602,7 @@ bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc
         !check_technique(plan, &chosen, err) || !check_deep(plan, &chosen, err))
         goto fail;
     require_visibility(plan, &chosen);
-    choose_transparency(&plan->plan, plan, view.quality.transparency);
+    choose_transparency(&plan->plan, plan, &chosen);
     plan_passes(&plan->plan, &chosen);
     return true;
 

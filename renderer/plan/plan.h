@@ -86,8 +86,10 @@ struct plan {
     const struct shadow_method *window_shadows; /* that of traced_lights; NULL without any */
     size_t unshadowed_lights;                   /* shine without a structure */
     size_t unfiltered_lights; /* plain maps let their light pass transparent casters unchanged */
-    size_t unseen_lights;     /* brighten nothing in view */
-    size_t compressed_lights; /* of the deep ones: their lists become nodes */
+    /* struct technique_demand */
+    size_t gray_lights, layered_lights, bodied_lights, excluding_lights;
+    size_t unseen_lights;                           /* brighten nothing in view */
+    size_t compressed_lights;                       /* of the deep ones: their lists become nodes */
     const struct transparency_method *transparency; /* that draws what is transparent in view */
     unsigned transparency_lacks; /* enum transparency_can: why it is not the one asked for */
     uint64_t shadow_texels;

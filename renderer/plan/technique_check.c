@@ -20,8 +20,12 @@ static unsigned needs_of(const struct technique_demand *demand)
                                                                          : 0u) |
            (has_linked_lists && demand->window_lights > 0 ? SHADOW_CAN_LINKED_LISTS : 0u) |
            (demand->is_hazy ? SHADOW_CAN_ATMOSPHERE : 0u) |
-           (has_areas ? SHADOW_CAN_AREA_LIGHTS : 0u) |
-           (demand->unfiltered_lights > 0 ? SHADOW_CAN_COLOR : 0u);
+           (demand->has_grids ? SHADOW_CAN_GRIDS : 0u) | (has_areas ? SHADOW_CAN_AREA_LIGHTS : 0u) |
+           (demand->unfiltered_lights > 0 ? SHADOW_CAN_FILTER : 0u) |
+           (demand->gray_lights > 0 ? SHADOW_CAN_COLOR : 0u) |
+           (demand->layered_lights > 0 ? SHADOW_CAN_LAYERS : 0u) |
+           (demand->bodied_lights > 0 ? SHADOW_CAN_INSIDE : 0u) |
+           (demand->excluding_lights > 0 ? SHADOW_CAN_SELF_SHADOW : 0u);
 }
 
 static bool refuse_samples(int samples, struct error *err)
@@ -62,6 +66,12 @@ static bool refuse(const struct technique_demand *demand, unsigned missing, stru
         return error_set(err, ERROR_INVALID_REQUEST, "%s draws no atmosphere: shadows must be %s",
                          shadow_technique_name((int)quality->shadows), others);
     }
+    if (missing & SHADOW_CAN_GRIDS) {
+        shadow_techniques_text(SHADOW_CAN_GRIDS, 0, others);
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "the scene has density grids, which %s does not draw: shadows must be %s",
+                         shadow_technique_name((int)quality->shadows), others);
+    }
     if (demand->is_hazy && quality->light_lists == VIEW_LIGHT_LISTS_LINKED)
         return error_set(err, ERROR_INVALID_REQUEST,
                          "an atmosphere is lit through the clustered light lists: light_lists must "
@@ -79,14 +89,38 @@ __attribute__((format(printf, 2, 3))) static void add(struct technique_lacks *la
     va_end(arguments);
 }
 
+/* What transparent casters do to light, though not as they would. */
+static void add_of_lights(const struct technique_demand *demand, unsigned missing,
+                          struct technique_lacks *lacks)
+{
+    const char *name = shadow_technique_name((int)demand->quality->shadows);
+    if (missing & SHADOW_CAN_COLOR)
+        add(lacks,
+            "shadows %s: transparent casters dim light without colouring it, of %zu of %zu lights; "
+            "deep colours it",
+            name, demand->gray_lights, demand->lights);
+    if (missing & SHADOW_CAN_LAYERS)
+        add(lacks,
+            "shadows %s: transparent surfaces and haze behind the first transparent one get the "
+            "light behind the last, of %zu of %zu lights; deep tells them apart",
+            name, demand->layered_lights, demand->lights);
+    if (missing & SHADOW_CAN_INSIDE)
+        add(lacks,
+            "shadows %s: a transparent mesh casts no shadow on itself, and haze behind the first "
+            "gets the light behind the last, of %zu of %zu lights; deep tells depths apart",
+            name, demand->bodied_lights, demand->lights);
+    if (missing & SHADOW_CAN_SELF_SHADOW)
+        add(lacks,
+            "shadows %s: materials without self shadow, or that cast once, cast as others do, of "
+            "%zu of %zu lights; deep leaves them out",
+            name, demand->excluding_lights, demand->lights);
+}
+
 bool technique_check(const struct technique_demand *demand, struct technique_lacks *lacks,
                      struct error *err)
 {
     enum shadow_technique shadows = demand->quality->shadows;
-    unsigned can = shadow_technique_rows[shadows].can;
-    if (demand->quality->reference) /* which sees haze, unlike the production form */
-        can |= SHADOW_CAN_ATMOSPHERE;
-    unsigned missing = needs_of(demand) & ~can;
+    unsigned missing = needs_of(demand) & ~shadow_technique_rows[shadows].can;
     lacks->count = 0;
     if (!refuse(demand, missing, err))
         return false;
@@ -95,11 +129,12 @@ bool technique_check(const struct technique_demand *demand, struct technique_lac
             "%zu area light%s a hard shadow, from the centre; shadows raytraced, "
             "raytraced-shadows or auto makes it soft",
             demand->area_lights, demand->area_lights == 1 ? " has" : "s have");
-    if (missing & SHADOW_CAN_COLOR)
+    if (missing & SHADOW_CAN_FILTER)
         add(lacks,
             "shadows %s: light passes transparent casters unchanged, of %zu of %zu lights; "
             "deep filters it",
             shadow_technique_name((int)shadows), demand->unfiltered_lights, demand->lights);
+    add_of_lights(demand, missing, lacks);
     if (demand->thick_media != SHADOWS_AUTO)
         add(lacks,
             "%s has no room for media: closed volumes keep the thickness of "

@@ -16,14 +16,19 @@ struct technique_demand {
     size_t lights;                      /* of the scene */
     size_t area_lights;                 /* of these */
     size_t unfiltered_lights; /* of these: transparent casters are in reach, and filter nothing */
+    size_t gray_lights;       /* they do, without colour */
+    size_t layered_lights;    /* they do, for all that is transparent behind the first alike */
+    size_t bodied_lights;     /* they do, but for what lies within one mesh or in haze */
+    size_t excluding_lights;  /* they do, though their materials leave objects out */
     bool is_hazy;             /* the view has haze, which lights shine into */
+    bool has_grids;           /* the scene has density grids, and the colour is asked for */
     size_t window_lights;     /* of these: shadowed for each window, after its light lists */
     /* That of a light with media among its casters which it filters light by, and cannot follow it
      * in; AUTO: there is none. */
     enum shadow_technique thick_media;
 };
 
-enum { TECHNIQUE_LACKS_MAX = 4 };
+enum { TECHNIQUE_LACKS_MAX = 7 };
 struct technique_lacks { /* warnings */
     char texts[TECHNIQUE_LACKS_MAX][REPORT_TEXT_BYTES];
     int count;

@@ -25,6 +25,17 @@ static void add_materials(struct content_key *key, const struct view *view)
     }
 }
 
+static void add_grids(struct content_key *key, const struct view *view)
+{
+    content_key_add(key, &view->grid_override_count, sizeof view->grid_override_count);
+    for (size_t i = 0; i < view->grid_override_count; i++) {
+        struct view_grid_override copy = view->grids[i];
+        content_key_add_text(key, copy.grid);
+        copy.grid = NULL;
+        content_key_add(key, &copy, sizeof copy);
+    }
+}
+
 static void add_parts(struct content_key *key, const struct view *view)
 {
     for (size_t i = 0; i < view->part_count; i++) {
@@ -49,6 +60,7 @@ static struct view without_pointers(const struct view *view)
     copy.lights = NULL;
     copy.nodes = NULL;
     copy.materials = NULL;
+    copy.grids = NULL;
     copy.clip_planes = NULL;
     copy.cuts = NULL;
     copy.highlight.nodes = NULL;
@@ -82,7 +94,7 @@ struct content_key view_placement_key(const char *scene_key, const struct view *
 {
     struct content_key key = content_key_begin();
     struct view own = scene_part(view);
-    own.light_count = own.material_override_count = 0;
+    own.light_count = own.material_override_count = own.grid_override_count = 0;
     own.ignore_scene_lights = own.has_environment = false;
     own.studio = VIEW_STUDIO_AUTO;
     for (int k = 0; k < 3; k++)
@@ -107,6 +119,7 @@ struct content_key view_state_key(const char *scene_key, const struct view *view
     add_parts(&key, view);
     add_nodes(&key, view);
     add_materials(&key, view);
+    add_grids(&key, view);
     content_key_add(&key, view->lights, view->light_count * sizeof *view->lights);
     content_key_add_word(&key, view_has_environment(view)); /* no default lights then */
     return key;

@@ -97,7 +97,8 @@ bool raytrace_render(const struct raytrace_desc *desc, struct image *image,
     struct rt_job job = {.desc = desc, .scene = scene, .image = image};
     bool ok = run_form(&job, err);
     measured.build_ms = built_ms - begin_ms;
-    measured.trace_ms = wall_ms() - built_ms - job.paused_ms;
+    measured.haze_ms = job.haze_ms;
+    measured.trace_ms = wall_ms() - built_ms - job.paused_ms - job.haze_ms;
     measured.camera_rays = atomic_load(&job.camera_rays);
     measured.shadow_rays = atomic_load(&job.shadow_rays);
     measured.surfaces = atomic_load(&job.surfaces);

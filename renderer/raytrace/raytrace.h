@@ -47,6 +47,7 @@ struct raytrace_desc {
 
 struct raytrace_stats {
     double build_ms, trace_ms; /* without urgent frames */
+    double haze_ms;            /* the light of haze, not in trace_ms */
     double see_ms;             /* of raytrace_shadows_see, likewise */
     bool is_scene_reused; /* taken from the cache: only the view, lights or materials changed */
     uint64_t scene_bytes; /* of Embree's structure and our copy of the vertices */

@@ -7,6 +7,7 @@
 
 #include "renderer/lights/clusters.h"
 #include "renderer/raytrace/raytrace.h"
+#include "renderer/scene/atmosphere_grid.h"
 
 struct shadow_point; /* shaders/shared/records.h */
 
@@ -74,5 +75,18 @@ MUST_CHECK bool raytrace_shadows_see(struct raytrace_shadows *shadows,
                                      const struct raytrace_shadow_points *points,
                                      uint32_t lobe_count, uint32_t (*filters)[2],
                                      struct raytrace_stats *stats, struct error *err);
+
+/* The light of haze in a window's columns of slices (renderer/scene/atmosphere_grid.h), with the
+ * shadows of all lights, as renderer/raytrace/rt_haze_grid.h finds it. */
+struct raytrace_shadow_haze {
+    const struct atmosphere_grid *size; /* required */
+    double offset;                      /* of points in their slices, [0, 1): of a round */
+    float *lights; /* out, the caller's to free: slice by slice, row by row from below, 3 channels
+                    */
+};
+/* Yields, adds to stats (haze_ms, shadow_rays), and fails as above. */
+MUST_CHECK bool raytrace_shadows_light_haze(struct raytrace_shadows *shadows,
+                                            struct raytrace_shadow_haze *haze,
+                                            struct raytrace_stats *stats, struct error *err);
 
 #endif

@@ -4,10 +4,12 @@
 
 #include <stdlib.h>
 
+#include "protocol/quality_defaults.h"
 #include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_batch_light.h"
 #include "renderer/raytrace/rt_batch_refine.h"
 #include "renderer/raytrace/rt_environment.h"
+#include "renderer/raytrace/rt_haze.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_pixel.h"
@@ -30,6 +32,10 @@ static bool init_walker(struct rt_batch *batch, struct error *err)
         return true;
     batch->beyond = *desc->view;
     batch->beyond.quality.environment_samples = (int)(towards_map + 3) / 4;
+    if (!batch->has_grids) /* those take as many points as before the bend */
+        batch->beyond.quality.atmosphere_samples =
+            (quality_or(desc->view->quality.atmosphere_samples, ATMOSPHERE_SLICES_DEFAULT) + 15) /
+            16;
     return rt_walker_init(
         &batch->walker,
         &(struct rt_walker_desc){.scene = scene,
@@ -41,9 +47,19 @@ static bool init_walker(struct rt_batch *batch, struct error *err)
         err);
 }
 
+static bool init_smoke(struct rt_batch *batch, struct error *err)
+{
+    const struct rt_batch_desc *desc = &batch->desc;
+    bool ok = rt_lighting_init(&batch->smoke, desc->scene, desc->view, err);
+    batch->smoke.environment = desc->environment;
+    return ok;
+}
+
 bool rt_batch_init(struct rt_batch *batch, const struct rt_batch_desc *desc, struct error *err)
 {
     batch->desc = *desc;
+    batch->has_grids = desc->scene->state->grid_count;
+    batch->has_air = desc->haze || batch->has_grids;
     batch->light_counts = calloc(2 * rt_batch_light_slots(batch), sizeof *batch->light_counts);
     batch->jobs = calloc(RT_BATCH_JOBS_MAX, sizeof *batch->jobs);
     batch->sorted = calloc(RT_BATCH_JOBS_MAX, sizeof *batch->sorted);
@@ -51,7 +67,7 @@ bool rt_batch_init(struct rt_batch *batch, const struct rt_batch_desc *desc, str
     if (!batch->light_counts || !batch->jobs || !batch->sorted || !batch->blocks)
         return error_set(err, ERROR_NO_MEMORY, "%d waiting shadow rays", RT_BATCH_JOBS_MAX);
     return rt_packet_init(&batch->packet, desc->scene, err) && rt_hits_init(&batch->scratch, err) &&
-           init_walker(batch, err);
+           init_walker(batch, err) && (!batch->has_grids || init_smoke(batch, err));
 }
 
 void rt_batch_finish(struct rt_batch *batch)
@@ -60,6 +76,7 @@ void rt_batch_finish(struct rt_batch *batch)
     free(batch->shadings);
     free(batch->starts);
     free(batch->steps);
+    free(batch->air);
     free(batch->sample_ends);
     free(batch->points);
     free(batch->pixels);
@@ -70,6 +87,7 @@ void rt_batch_finish(struct rt_batch *batch)
     rt_packet_finish(&batch->packet);
     rt_hits_finish(&batch->scratch);
     rt_walker_finish(&batch->walker);
+    rt_lighting_finish(&batch->smoke);
     free(batch->bent);
     *batch = (struct rt_batch){0};
 }
@@ -108,7 +126,7 @@ bool rt_batch_reserve_fragments(struct rt_batch *batch, size_t count)
 static bool reserve_for(struct rt_batch *batch, const struct rt_sample *sample)
 {
     void *steps = batch->steps, *ends = batch->sample_ends, *pixels = batch->pixels;
-    void *points = batch->points, *bent = batch->bent;
+    void *points = batch->points, *bent = batch->bent, *air = batch->air;
     size_t hits = sample->hits->count, point_capacity = batch->sample_capacity;
     bool ok =
         rt_batch_reserve_fragments(batch, batch->fragment_count + hits) &&
@@ -118,9 +136,12 @@ static bool reserve_for(struct rt_batch *batch, const struct rt_sample *sample)
         reserve(&ends, &batch->sample_capacity, batch->sample_count + 1,
                 sizeof *batch->sample_ends) &&
         reserve(&pixels, &batch->pixel_capacity, batch->pixel_count + 1, sizeof *batch->pixels) &&
+        (!batch->has_air ||
+         reserve(&air, &batch->air_capacity, batch->step_count + hits + 1, sizeof *batch->air)) &&
         (!batch->has_bends ||
          reserve(&bent, &batch->bent_capacity, batch->bent_count + 1, sizeof *batch->bent));
     batch->steps = steps;
+    batch->air = air;
     batch->points = points;
     batch->bent = bent;
     batch->sample_ends = ends;
@@ -233,11 +254,21 @@ static void filter_unseen(const struct rt_batch *batch, const struct rt_hit *hit
     rt_filter_unseen(batch->desc.scene, hit, &footprint, direction, through);
 }
 
+/* What the air has scattered since the last step is that of the one that begins. */
+static void take_air(struct rt_batch *batch, size_t step)
+{
+    for (int k = 0; k < 3 && batch->has_air; k++) {
+        batch->air[step][k] = (float)batch->sight.light[k];
+        batch->sight.light[k] = 0;
+    }
+}
+
 /* A surface on the sample's way: its step. */
 static void add_step(struct rt_batch *batch, const struct rt_sample *sample, size_t hit,
                      double through[3])
 {
     const struct rt_hit *met = &sample->hits->hits[hit];
+    take_air(batch, batch->step_count);
     struct rt_step *step = &batch->steps[batch->step_count++];
     step->fragment = find_fragment(batch, sample, met, met->is_opaque, hit);
     const struct rt_point point = point_of(sample, met);
@@ -267,6 +298,70 @@ static void add_bend(struct rt_batch *batch, const struct rt_sample *sample, siz
     batch->points[batch->sample_count].bent = (uint32_t)batch->bent_count;
 }
 
+static void begin_air(struct rt_batch *batch, const struct rt_sample *sample)
+{
+    const double place[2] = {sample->x + sample->place[0], sample->y + sample->place[1]};
+    if (batch->desc.haze)
+        rt_haze_sight_begin(&batch->sight, batch->desc.haze, sample->ray, place);
+    batch->smoke.seed = rt_job_seed(sample->x, sample->y, sample->index);
+}
+
+/* Haze between two numbers of the ray's direction, and the media around it. */
+static void pass_even(struct rt_batch *batch, const struct rt_haze_way *way, double through[3])
+{
+    if (batch->desc.haze)
+        rt_haze_sight_pass(&batch->sight, way->to, isfinite(way->to) ? way->sigma : NULL, through);
+    if (isfinite(way->to) && batch->desc.scene->state->medium_count)
+        rt_media_pass(way->sigma, way->ray, way->range, way->from, way->to, through);
+}
+
+/* Haze before, inside and behind grids, in steps: in the middle of each the grids dim it. */
+static void pass_through_grids(struct rt_batch *batch, const struct rt_haze_way *way,
+                               double through[3])
+{
+    enum { STEPS = 32 };
+    const struct rt_grid_lines *grids = &batch->smoke.grids;
+    double first = INFINITY, last = way->from, before[3] = {1, 1, 1};
+    for (size_t i = 0; i < grids->count; i++) {
+        first = fmin(first, grids->lines[i].at[0]);
+        last = fmax(last, grids->lines[i].at[grids->lines[i].count - 1]);
+    }
+    struct rt_haze_way step = *way;
+    for (int i = -1; i <= STEPS; i++) {
+        double open[3] = {1, 1, 1}, share = (i + 1.) / STEPS;
+        step.to = i == STEPS ? way->to : first + share * (last - first);
+        rt_grid_lines_pass(grids, i == STEPS ? last : 0.5 * (step.from + step.to), open);
+        for (int k = 0; k < 3; k++) {
+            through[k] *= before[k] > 0 ? open[k] / before[k] : 0;
+            before[k] = open[k];
+        }
+        pass_even(batch, &step, through);
+        step.from = step.to;
+    }
+}
+
+/* What lies between two numbers of the ray's direction, beside surfaces. */
+static void pass_air(struct rt_batch *batch, const struct rt_haze_way *way, double through[3])
+{
+    if (batch->has_grids)
+        rt_haze_add_grids(&batch->smoke, way, through, batch->sight.light);
+    if (!batch->has_grids || !batch->smoke.grids.count)
+        pass_even(batch, way, through);
+    else if (batch->desc.haze)
+        pass_through_grids(batch, way, through);
+    else {
+        rt_grid_lines_pass(&batch->smoke.grids, way->to, through);
+        pass_even(batch, way, through);
+    }
+}
+
+/* Or goes on in other directions, which are seen apart. */
+static bool ends_on_surface(const struct rt_batch *batch, const struct rt_hits *hits)
+{
+    return batch->points[batch->sample_count].bent ||
+           (hits->count && hits->hits[hits->count - 1].is_opaque);
+}
+
 bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
 {
     const struct rt_scene *scene = batch->desc.scene;
@@ -278,33 +373,40 @@ bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
         batch->pixels[batch->pixel_count++][1] = sample->y;
     }
     batch->has_overflowed |= sample->hits->has_overflowed;
-    double sigma[3] = {0}, through[3] = {1, 1, 1}, t = 0;
-    double range[2];
+    double through[3] = {1, 1, 1}, range[2];
+    struct rt_haze_way way = {.ray = sample->ray, .range = range};
     batch->points[batch->sample_count].bent = 0;
     memcpy(batch->points[batch->sample_count].direction, sample->ray->direction,
            sizeof batch->points->direction);
     const bool has_media = scene->state->medium_count;
-    if (has_media) {
+    if (has_media || batch->has_grids)
         rt_scene_kept_range(scene, sample->ray, range);
-        begin_media(batch, sample, sigma);
-    }
+    if (has_media)
+        begin_media(batch, sample, way.sigma);
+    if (batch->has_grids && batch->desc.camera->is_orthographic)
+        way.from = -batch->desc.camera->z_near;
+    if (batch->has_air)
+        begin_air(batch, sample);
     for (size_t i = 0; i < sample->hits->count; i++) {
         const struct rt_hit *hit = &sample->hits->hits[i];
-        if (has_media)
-            rt_media_pass(sigma, sample->ray, range, t, hit->t, through);
+        way.to = hit->t;
+        pass_air(batch, &way, through);
         if (batch->has_bends && rt_walk_bends(scene, hit)) {
-            add_bend(batch, sample, i, sigma, through);
+            add_bend(batch, sample, i, way.sigma, through);
             break;
         }
-        if (has_media) {
-            rt_media_cross(scene, hit, sigma);
-            t = hit->t;
-        }
+        if (has_media)
+            rt_media_cross(scene, hit, way.sigma);
+        way.from = way.to;
         if (hit->is_left_unseen && scene->meshes[hit->mesh].is_medium)
             filter_unseen(batch, hit, sample->ray->direction, through);
         if (!hit->is_hidden && (hit->is_opaque || scene->meshes[hit->mesh].class_ != STATE_MASKED))
             add_step(batch, sample, i, through);
     }
+    way.to = INFINITY;
+    if (batch->has_air && !ends_on_surface(batch, sample->hits))
+        pass_air(batch, &way, through);
+    take_air(batch, batch->step_count);
     struct rt_step *last = &batch->steps[batch->step_count++];
     last->fragment = RT_BACKGROUND;
     for (int k = 0; k < 3; k++)
@@ -339,6 +441,8 @@ static void composite(const struct rt_batch *batch, size_t sample, size_t first,
     rt_pixel_background(batch->desc.view, batch->desc.environment, point->direction, behind);
     for (size_t i = first; i < end; i++) {
         const struct rt_step *step = &batch->steps[i];
+        for (int k = 0; batch->air && k < 3; k++)
+            layers[k] += through[k] * (double)batch->air[i][k];
         for (int k = 0; k < 3; k++)
             through[k] *= (double)step->through[k];
         if (step->fragment == RT_BACKGROUND)

@@ -8,6 +8,7 @@
 #define VITRAIL_RENDERER_RAYTRACE_RT_BATCH_H
 
 #include "renderer/image/image.h"
+#include "renderer/raytrace/rt_haze_grid.h"
 #include "renderer/raytrace/rt_light_set.h"
 #include "renderer/raytrace/rt_packet.h"
 #include "renderer/raytrace/rt_surface.h"
@@ -81,6 +82,7 @@ struct rt_batch_desc {
     const struct camera *camera;                 /* required */
     const struct rt_light_set *light_set;        /* required */
     const struct environment_light *environment; /* optional */
+    const struct rt_haze_grid *haze;             /* required where the view has an atmosphere */
     double eye_sigma[3];                         /* of a perspective camera */
     int samples;                                 /* per pixel */
     double way[2][3]; /* of rays to those of the next pixel, or part of one, to the right and
@@ -93,6 +95,7 @@ struct rt_batch { /* zeroed before init; arrays grow and are kept */
     struct rt_shading *shadings; /* of each fragment; likewise starts */
     struct rt_start *starts;
     struct rt_step *steps;
+    float (*air)[3];         /* of each step: what haze and grids scatter since the step before */
     uint32_t *sample_ends;   /* of each sample's steps */
     struct rt_point *points; /* of each sample: where it ends on something opaque, else its
                                 direction alone */
@@ -102,13 +105,17 @@ struct rt_batch { /* zeroed before init; arrays grow and are kept */
     struct rt_light_blocks *blocks;
     uint32_t *light_counts; /* of waiting jobs, by light and is_transparent */
     size_t fragment_count, step_count, sample_count, pixel_count, job_count;
-    size_t fragment_capacity, step_capacity, sample_capacity, pixel_capacity;
+    size_t fragment_capacity, step_capacity, air_capacity, sample_capacity;
+    size_t pixel_capacity;
     bool has_bends;          /* some surface bends rays: the next four are in use */
     struct rt_walker walker; /* of their ways from there on */
     struct view beyond;      /* how these are lit */
     struct rt_seen *bent;    /* at their ends */
     size_t bent_count, bent_capacity;
-    size_t pixel_fragments; /* first fragment of the pixel being gathered */
+    size_t pixel_fragments;     /* first fragment of the pixel being gathered */
+    struct rt_haze_sight sight; /* of the sample being gathered, where there is haze */
+    bool has_air, has_grids;    /* haze or grids; grids */
+    struct rt_lighting smoke;   /* of what grids scatter */
     struct rt_packet packet;
     struct rt_hits scratch;
     uint64_t shadow_rays, surfaces, lights_listed, lights_reaching; /* raytrace_stats */
@@ -120,8 +127,9 @@ MUST_CHECK bool rt_batch_init(struct rt_batch *batch, const struct rt_batch_desc
 void rt_batch_finish(struct rt_batch *batch); /* accepts zeroed */
 
 struct rt_sample {
-    int x, y, index; /* pixel, y down; number of the sample in it */
-    int part;        /* samples of one part of the pixel share the shading of a surface */
+    int x, y, index;     /* pixel, y down; number of the sample in it */
+    int part;            /* samples of one part of the pixel share the shading of a surface */
+    const double *place; /* in the pixel, y down */
     const struct rt_ray *ray;
     const struct rt_hits *hits; /* in order */
 };

@@ -4,6 +4,7 @@
 
 #include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_environment.h"
+#include "renderer/raytrace/rt_haze.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_light.h"
 #include "renderer/raytrace/rt_math.h"
@@ -66,7 +67,7 @@ static void trace_jobs(struct rt_batch *batch, const uint32_t *numbers, size_t c
 {
     struct rt_packet *packet = &batch->packet;
     const struct rt_scene *scene = batch->desc.scene;
-    const bool has_media = scene->state->medium_count;
+    const bool has_media = scene->state->medium_count, has_grids = scene->state->grid_count;
     packet->count = (int)count;
     for (size_t i = 0; i < count; i++) {
         const struct rt_ray_job *job = &batch->jobs[numbers[i]];
@@ -82,7 +83,7 @@ static void trace_jobs(struct rt_batch *batch, const uint32_t *numbers, size_t c
             continue;
         if (has_media)
             light_media(batch, job, sigma);
-        if (has_media || hits->count)
+        if (has_media || has_grids || hits->count)
             rt_path_transmittance(scene, hits, &packet->rays[i], sigma,
                                   batch->desc.view->quality.blend_filter, transmittance);
         add_light(&batch->shadings[job->fragment], job, transmittance);
@@ -137,6 +138,18 @@ static void send(struct rt_batch *batch, const struct rt_ray_job *job, bool cast
     batch->job_count++; /* it is in its place */
 }
 
+/* What haze lets through of a light; 1 where there is none. */
+static double pass_haze(const struct rt_batch *batch, const struct lit *lit,
+                        const struct rt_ray_job *job)
+{
+    struct rt_arrival arrival = {.distance_m = (double)job->distance_m};
+    if (!batch->desc.haze)
+        return 1;
+    for (int k = 0; k < 3; k++)
+        arrival.direction[k] = (double)job->direction[k];
+    return rt_haze_arrives(batch->desc.scene, batch->desc.view, &arrival, lit->point);
+}
+
 /* job: all but its weight. */
 static void ask(struct rt_batch *batch, const struct lit *lit, struct rt_ray_job *job, double gain)
 {
@@ -145,6 +158,7 @@ static void ask(struct rt_batch *batch, const struct lit *lit, struct rt_ray_job
     double reflected[3];
     if (!rt_reflect(lit->reflector, l, reflected))
         return;
+    gain *= pass_haze(batch, lit, job);
     for (int k = 0; k < 3; k++)
         job->weight[k] = (float)(reflected[k] * gain * (double)record->color[k]);
     send(batch, job, record->casts_shadow);

@@ -11,6 +11,11 @@
 double rt_haze_arrives(const struct rt_scene *scene, const struct view *view,
                        const struct rt_arrival *arrival, const double point[3]);
 
+/* What haze scatters of the light from all around, over its colour where it is opaque [nt].
+ * environment: NULL: there is no map. */
+void rt_haze_around(const struct rt_scene *scene, const struct environment_light *environment,
+                    double around[3]);
+
 /* A stretch of a ray, in units of its direction, with the media around it. */
 struct rt_haze_way {
     const struct rt_ray *ray;
@@ -26,5 +31,10 @@ struct rt_haze_way {
  * Path Tracing in Participating Media"), and over the transmittance for directional lights. */
 void rt_haze_pass(struct rt_lighting *lighting, const struct rt_haze_way *way, double share[3],
                   double radiance[3]);
+
+/* Adds what the density grids on the stretch scatter, alone, and leaves them in lighting->grids.
+ * Haze dims it on the way. */
+void rt_haze_add_grids(struct rt_lighting *lighting, const struct rt_haze_way *way,
+                       const double share[3], double radiance[3]);
 
 #endif

@@ -18,7 +18,7 @@ struct rt_job {
     atomic_int next_unit, units_done;
     atomic_bool is_cancelled, has_overflowed, has_no_memory;
     atomic_bool yields; /* threads end after the units that they work on */
-    double paused_ms;
+    double paused_ms, haze_ms;
     atomic_uint_fast64_t camera_rays, shadow_rays;
     atomic_uint_fast64_t surfaces, lights_listed, lights_reaching;
 };

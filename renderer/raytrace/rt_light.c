@@ -16,12 +16,14 @@ bool rt_lighting_init(struct rt_lighting *lighting, const struct rt_scene *scene
                       const struct view *view, struct error *err)
 {
     *lighting = (struct rt_lighting){.scene = scene, .view = view};
-    return rt_hits_init(&lighting->shadow_hits, err);
+    return rt_grid_lines_init(&lighting->grids, scene->state, err) &&
+           rt_hits_init(&lighting->shadow_hits, err);
 }
 
 void rt_lighting_finish(struct rt_lighting *lighting)
 {
     rt_hits_finish(&lighting->shadow_hits);
+    rt_grid_lines_finish(&lighting->grids);
     *lighting = (struct rt_lighting){0};
 }
 

@@ -7,6 +7,7 @@
 #include <math.h>
 
 #include "renderer/raytrace/rt_emitter.h"
+#include "renderer/raytrace/rt_grids.h"
 #include "renderer/raytrace/rt_math.h"
 #include "renderer/raytrace/rt_surface.h"
 
@@ -15,6 +16,7 @@ struct rt_lighting {
     const struct view *view;
     const struct environment_light *environment; /* may be NULL */
     struct rt_hits shadow_hits;                  /* scratch of one thread; owned */
+    struct rt_grid_lines grids;                  /* likewise */
     uint64_t shadow_rays;
     uint32_t seed;       /* of the sequences on area lights; set per camera ray */
     bool is_unshadowed;  /* nothing casts a shadow */

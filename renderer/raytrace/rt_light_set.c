@@ -5,6 +5,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_emitter.h"
@@ -177,7 +178,11 @@ size_t rt_light_block_look(const struct rt_light_block *b, const float point[3],
                            const float normal[3], uint32_t lights[RT_BLOCK_LIGHTS],
                            size_t *reaching)
 {
-    enum { TOGETHER = 8 };
+    enum { TOGETHER = 8, FEW = 2 };
+    if (b->count <= FEW) { /* asking them is as quick */
+        memcpy(lights, b->lights, b->count * sizeof *lights);
+        return *reaching = b->count;
+    }
     int32_t reaches[RT_BLOCK_LIGHTS], counts[RT_BLOCK_LIGHTS];
     const float p[3] = {point[0], point[1], point[2]}, n[3] = {normal[0], normal[1], normal[2]};
     for (size_t first = 0; first < b->count; first += TOGETHER) {

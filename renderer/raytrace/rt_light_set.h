@@ -69,7 +69,8 @@ const struct rt_light_block *rt_light_set_block(const struct rt_light_set *light
                                                 const struct rt_light_list *list, size_t first);
 
 /* Lights of the block that reach the point by range and cone, and from the side that the normal is
- * on; all of them, and a few more by rounding. normal: zero for any side. lights: out, in order.
+ * on; all of them, a few more by rounding, and whatever lights a short block has. normal: zero for
+ * any side. lights: out, in order.
  * reaching: out, how many reach it from whichever side. Returns how many are in lights. */
 size_t rt_light_block_look(const struct rt_light_block *block, const float point[3],
                            const float normal[3], uint32_t lights[RT_BLOCK_LIGHTS],

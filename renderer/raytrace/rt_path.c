@@ -3,6 +3,7 @@
 #include "renderer/raytrace/rt_path.h"
 
 #include "renderer/base/matrix.h"
+#include "renderer/raytrace/rt_grids.h"
 
 void rt_media_at(const struct rt_scene *scene, const double point[3], struct rt_hits *scratch,
                  double sigma[3])
@@ -112,6 +113,13 @@ static void cross_filter(const struct rt_scene *scene, const struct rt_hit *hit,
         out[k] *= filter[k];
 }
 
+static void pass_grids(const struct rt_scene *scene, const struct rt_ray *ray, double out[3])
+{
+    double range[2];
+    rt_scene_kept_range(scene, ray, range);
+    rt_grids_pass(scene, ray, range, 0, ray->t_max, out);
+}
+
 static bool is_filter(const struct rt_scene *scene, const struct rt_hits *hits, size_t i)
 {
     return !is_no_filter(scene, &hits->hits[i]) && !is_repeated(scene, hits, i);
@@ -147,6 +155,8 @@ void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *h
                            enum view_blend_filter blend, double out[3])
 {
     out[0] = out[1] = out[2] = 1;
+    if (scene->state->grid_count)
+        pass_grids(scene, ray, out);
     if (scene->state->medium_count) {
         path_through_media(scene, hits, ray, sigma_end, blend, out);
         return;

@@ -7,6 +7,7 @@
 
 #include "renderer/base/matrix.h"
 #include "renderer/base/sample_pattern.h"
+#include "renderer/base/wall_clock.h"
 #include "renderer/raytrace/rt_batch.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_path.h"
@@ -15,6 +16,7 @@ enum { TILE_PX = 16 };
 
 struct shared { /* by all threads, read only */
     struct rt_light_set light_set;
+    struct rt_haze_grid haze;    /* zeroed where the view has none */
     double eye_sigma[3];         /* rt_media_at a perspective camera's eye */
     int first_column, first_row; /* of blocks of the picture that meet the image */
     int columns, rows;
@@ -71,6 +73,7 @@ static bool trace_pixels(struct tracer *tracer, const int (*pixels)[2], int coun
                                        .y = pixels[pixel][1],
                                        .index = s,
                                        .part = shared->parts[s],
+                                       .place = shared->positions[s],
                                        .ray = &packet->rays[lane],
                                        .hits = &packet->hits[lane]};
             if (!rt_batch_add(&tracer->batch, &sample))
@@ -160,6 +163,7 @@ static bool tracer_init(void *worker, struct rt_job *job, struct error *err)
                                  .camera = job->desc->camera,
                                  .environment = job->desc->environment,
                                  .light_set = &shared->light_set,
+                                 .haze = shared->haze.job ? &shared->haze : NULL,
                                  .samples = shared->samples};
     find_way(job, shared->parts_per_side, desc.way);
     memcpy(desc.eye_sigma, shared->eye_sigma, sizeof desc.eye_sigma);
@@ -188,6 +192,16 @@ static bool find_eye_media(struct shared *shared, struct rt_job *job, struct err
     return true;
 }
 
+static bool find_haze(struct shared *shared, struct rt_job *job, struct error *err)
+{
+    double begin_ms = wall_ms(), paused_ms = job->paused_ms;
+    if (!view_has_atmosphere(job->desc->view))
+        return true;
+    bool ok = rt_haze_grid_init(&shared->haze, job, &shared->light_set, err);
+    job->haze_ms = wall_ms() - begin_ms - (job->paused_ms - paused_ms);
+    return ok;
+}
+
 bool rt_production_render(struct rt_job *job, struct error *err)
 {
     static const struct rt_form form = {.worker_bytes = sizeof(struct tracer),
@@ -203,7 +217,9 @@ bool rt_production_render(struct rt_job *job, struct error *err)
     job->unit_count = shared->columns * shared->rows;
     job->shared = shared;
     bool ok = rt_light_set_init(&shared->light_set, job->scene, desc, err) &&
-              find_eye_media(shared, job, err) && rt_job_run(job, &form, err);
+              find_eye_media(shared, job, err) && find_haze(shared, job, err) &&
+              rt_job_run(job, &form, err);
+    rt_haze_grid_finish(&shared->haze);
     rt_light_set_finish(&shared->light_set);
     job->shared = NULL;
     free(shared);

@@ -555,7 +555,7 @@ bool rt_scene_add_hit(const struct rt_scene *scene, const struct rt_ray *ray, ui
     if (hit->t <= ray->t_min && (ray->is_bent || !(m->is_medium && ray->culls_back_faces)))
         return false;
     bool is_cut = ray->only_media || hit->t <= ray->t_min ||
-                  (!m->item->cap && is_clipped(scene, ray, hit->t));
+                  (scene->clip_plane_count && !m->item->cap && is_clipped(scene, ray, hit->t));
     hit->is_hidden = is_cut || !is_drawn(m, ray, hit);
     hit->is_left_unseen = hit->is_hidden && !is_cut;
     if (hit->is_hidden && !m->is_medium && !(hit->is_left_unseen && m->bend == STATE_BEND_SOLID))

@@ -147,12 +147,13 @@ void rt_shadow_rays_trace(struct rt_shadow_rays *rays, const struct rt_shadow_jo
         double *transmittance = passed[i], sigma[3];
         transmittance[0] = transmittance[1] = transmittance[2] = packet->is_occluded[i] ? 0 : 1;
         rays->has_overflowed |= hits->has_overflowed;
-        if (packet->is_occluded[i] || !(hits->count || rays->scene->state->medium_count))
+        const struct scene_state *state = rays->scene->state;
+        if (packet->is_occluded[i] || !(hits->count || state->medium_count || state->grid_count))
             continue;
         light_media(rays, &jobs[i], sigma);
         rt_path_transmittance(rays->scene, hits, &packet->rays[i], sigma, rays->blend,
                               transmittance);
-        if (rays->scene->state->medium_count)
+        if (state->medium_count)
             attenuate_leap(rays, &jobs[i], &packet->rays[i], hits, sigma, transmittance);
     }
     rays->ray_count += count;

@@ -268,6 +268,7 @@ struct raytrace_shadows *raytrace_shadows_create(const struct raytrace_desc *des
     shadows->farthest_m = 1.001 * rt_points_farthest(desc);
     shadows->filters_max = 1;
     for (size_t i = 0; i < lights; i++) {
+        shadows->light_set.records[i].casts_shadow = is_shadowed[i]; /* into haze */
         shadows->filters[i] = is_shadowed[i] ? shadows->light_set.records[i].samples : 0;
         if (shadows->filters[i] > shadows->filters_max)
             shadows->filters_max = shadows->filters[i];

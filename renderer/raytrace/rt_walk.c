@@ -283,7 +283,7 @@ static void end(const struct walk *walk, bool is_opaque, struct rt_seen *seen)
 static void pass(struct walk *walk, const double range[2], double from, double to)
 {
     struct rt_walker *walker = walk->walker;
-    if (view_has_atmosphere(walker->desc.view)) {
+    if (view_has_atmosphere(walker->desc.view) || walker->desc.scene->state->grid_count) {
         struct rt_haze_way way = {.ray = &walk->ray, .from = from, .to = to, .range = range};
         memcpy(way.sigma, walk->sigma, sizeof way.sigma);
         rt_haze_pass(&walker->lighting, &way, walk->through, walk->radiance);

@@ -43,6 +43,9 @@ static const size_t record_bytes[SCENE_SECTION_COUNT] = {
     [SCENE_VARIANTS] = sizeof(uint32_t),
     [SCENE_VARIANT_MATERIALS] = sizeof(struct scene_variant_material),
     [SCENE_HIDDEN_NODES] = sizeof(uint32_t),
+    [SCENE_GRIDS] = sizeof(struct scene_grid),
+    [SCENE_GRID_BRICKS] = sizeof(struct scene_grid_brick),
+    [SCENE_GRID_VALUES] = SCENE_BRICK_VALUES * sizeof(float),
 };
 
 size_t blob_record_bytes(enum scene_section section)

@@ -19,6 +19,7 @@ struct composed_scene {
     struct scene_image *images;
     struct scene_light *lights;
     struct scene_camera *cameras;
+    struct scene_grid *grids;
     char *strings;
     uint64_t string_bytes, string_capacity;
 };
@@ -41,6 +42,7 @@ void composed_scene_destroy(struct composed_scene *composed)
     free(composed->images);
     free(composed->lights);
     free(composed->cameras);
+    free(composed->grids);
     free(composed->strings);
     free(composed);
 }
@@ -48,7 +50,7 @@ void composed_scene_destroy(struct composed_scene *composed)
 /* ---- sizes ---- */
 
 struct totals {
-    uint64_t nodes, meshes, primitives, materials, textures, images, lights, cameras;
+    uint64_t nodes, meshes, primitives, materials, textures, images, lights, cameras, grids;
     uint64_t triangles, string_bytes;
 };
 
@@ -62,6 +64,7 @@ static void add_totals(struct totals *t, const struct scene *scene, size_t prefi
     t->images += scene->image_count;
     t->lights += scene->light_count;
     t->cameras += scene->camera_count;
+    t->grids += scene->grid_count;
     t->triangles += scene->header->triangle_count;
     /* the base's texts as they are; of a part its own name, and each name behind that */
     t->string_bytes += prefix_bytes ? prefix_bytes : scene->header->sections[SCENE_STRINGS].count;
@@ -69,6 +72,8 @@ static void add_totals(struct totals *t, const struct scene *scene, size_t prefi
         t->string_bytes += strlen(scene->strings + scene->nodes[i].name) + prefix_bytes;
     for (uint32_t i = 0; prefix_bytes && i < scene->material_count; i++)
         t->string_bytes += strlen(scene->strings + scene->materials[i].name) + prefix_bytes;
+    for (uint32_t i = 0; prefix_bytes && i < scene->grid_count; i++)
+        t->string_bytes += strlen(scene->strings + scene->grids[i].name) + prefix_bytes;
 }
 
 static bool find_totals(const struct compose_desc *desc, struct totals *t, struct error *err)
@@ -103,10 +108,11 @@ static bool reserve(struct composed_scene *c, const struct compose_desc *desc,
     c->images = calloc(t->images + 1, sizeof *c->images);
     c->lights = calloc(t->lights + 1, sizeof *c->lights);
     c->cameras = calloc(t->cameras + 1, sizeof *c->cameras);
+    c->grids = calloc(t->grids + 1, sizeof *c->grids);
     c->string_capacity = t->string_bytes + 1;
     c->strings = calloc(1, c->string_capacity);
     return (c->parts && c->nodes && c->meshes && c->primitives && c->materials && c->textures &&
-            c->images && c->lights && c->cameras && c->strings) ||
+            c->images && c->lights && c->cameras && c->grids && c->strings) ||
            error_set(err, ERROR_NO_MEMORY, "a scene and its parts, %llu nodes",
                      (unsigned long long)t->nodes);
 }
@@ -145,6 +151,7 @@ static void copy_nodes(struct composed_scene *c, const struct scene *from, const
         node->mesh = shifted(node->mesh, to->mesh_count);
         node->camera = shifted(node->camera, to->camera_count);
         node->light = shifted(node->light, to->light_count);
+        node->grid = shifted(node->grid, to->grid_count);
         if (name)
             node->name = add_name(c, name, from->strings + node->name);
     }
@@ -210,6 +217,18 @@ static void copy_lights_and_cameras(struct composed_scene *c, const struct scene
     }
 }
 
+static void copy_grids(struct composed_scene *c, const struct scene *from, const char *name,
+                       uint32_t part)
+{
+    for (uint32_t i = 0; i < from->grid_count; i++) {
+        struct scene_grid *grid = &c->grids[c->scene.grid_count + i];
+        *grid = from->grids[i];
+        grid->part = part;
+        if (name)
+            grid->name = add_name(c, name, from->strings + grid->name);
+    }
+}
+
 /* Appends a scene to those that are there; name NULL: the base. */
 static void append(struct composed_scene *c, const struct scene *from, const char *name,
                    int32_t root)
@@ -223,10 +242,12 @@ static void append(struct composed_scene *c, const struct scene *from, const cha
     record->first_material = to->material_count;
     record->first_texture = to->texture_count;
     record->first_image = to->image_count;
+    record->first_grid = to->grid_count;
     copy_nodes(c, from, name, root);
     copy_meshes(c, from, part);
     copy_materials(c, from, name, part);
     copy_lights_and_cameras(c, from, part);
+    copy_grids(c, from, name, part);
     to->node_count += from->node_count;
     to->mesh_count += from->mesh_count;
     to->primitive_count += from->primitive_count;
@@ -235,6 +256,7 @@ static void append(struct composed_scene *c, const struct scene *from, const cha
     to->image_count += from->image_count;
     to->light_count += from->light_count;
     to->camera_count += from->camera_count;
+    to->grid_count += from->grid_count;
 }
 
 static void begin(struct composed_scene *c, const struct scene *base)
@@ -248,11 +270,12 @@ static void begin(struct composed_scene *c, const struct scene *base)
     c->scene.images = c->images;
     c->scene.lights = c->lights;
     c->scene.cameras = c->cameras;
+    c->scene.grids = c->grids;
     c->scene.strings = c->strings;
     c->scene.parts = c->parts;
     c->scene.node_count = c->scene.mesh_count = c->scene.primitive_count = 0;
     c->scene.material_count = c->scene.texture_count = c->scene.image_count = 0;
-    c->scene.light_count = c->scene.camera_count = c->scene.part_count = 0;
+    c->scene.light_count = c->scene.camera_count = c->scene.part_count = c->scene.grid_count = 0;
     c->string_bytes = base->header->sections[SCENE_STRINGS].count;
     memcpy(c->strings, base->strings, c->string_bytes);
     append(c, base, NULL, -1);
@@ -270,7 +293,7 @@ static bool add_part(struct composed_scene *c, const struct compose_part *part, 
                          "part '%.200s' has the name of a node of the scene", part->name);
     struct scene_node *node = &c->nodes[c->scene.node_count++];
     *node = (struct scene_node){
-        .parent = parent, .mesh = -1, .camera = -1, .light = -1, .source_index = root};
+        .parent = parent, .mesh = -1, .camera = -1, .light = -1, .source_index = root, .grid = -1};
     mat4_identity(node->local_matrix);
     mat4_identity(node->world_matrix);
     node->name = add_name(c, NULL, part->name);

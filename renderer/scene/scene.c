@@ -6,12 +6,14 @@
 
 #include <math.h>
 #include <stdatomic.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "renderer/scene/blob_check.h"
 #include "renderer/scene/blob_writer.h"
 #include "renderer/scene/deformation_check.h"
+#include "renderer/scene/grid_check.h"
 #include "renderer/scene/texture_levels.h"
 
 static bool are_finite_f64(const double *values, int count)
@@ -99,6 +101,13 @@ static void open_deformations(struct opener *o, struct scene *scene)
     scene->target_weights = open_records(o, SCENE_TARGET_WEIGHTS, &scene->target_weight_count);
 }
 
+static void open_grids(struct opener *o, struct scene *scene)
+{
+    scene->grids = open_records(o, SCENE_GRIDS, &scene->grid_count);
+    scene->grid_bricks = open_records(o, SCENE_GRID_BRICKS, &scene->grid_brick_count);
+    scene->grid_values = open_records(o, SCENE_GRID_VALUES, &scene->grid_value_count);
+}
+
 static bool open_sections(struct scene *scene, uint64_t memory_bytes, struct error *err)
 {
     struct opener o = {.header = scene->header, .memory_bytes = memory_bytes, .err = err};
@@ -127,6 +136,7 @@ static bool open_sections(struct scene *scene, uint64_t memory_bytes, struct err
         open_records(&o, SCENE_VARIANT_MATERIALS, &scene->variant_material_count);
     scene->hidden_nodes = open_records(&o, SCENE_HIDDEN_NODES, &scene->hidden_node_count);
     open_deformations(&o, scene);
+    open_grids(&o, scene);
     if (o.has_failed)
         return false;
     if (scene->material_count == 0)
@@ -207,7 +217,8 @@ static bool is_node(const struct scene *scene, const struct scene_node *node, ui
     return are_finite_f64(node->local_matrix, 16) && are_finite_f64(node->world_matrix, 16) &&
            is_index(node->parent, index) && is_index(node->mesh, scene->mesh_count) &&
            is_index(node->camera, scene->camera_count) &&
-           is_index(node->light, scene->light_count) && is_text(scene, node->name);
+           is_index(node->light, scene->light_count) && is_index(node->grid, scene->grid_count) &&
+           is_text(scene, node->name);
 }
 
 static bool check_hierarchy(const struct scene *scene, struct error *err)
@@ -546,7 +557,7 @@ static bool open_blob(struct scene *scene, const void *blob, size_t size_bytes, 
         check_hierarchy(scene, err) && check_primitives(scene, err) && check_surfaces(scene, err) &&
         check_variants(scene, err) && check_lights_and_cameras(scene, err) &&
         scene_check_deformations(scene, err) && check_animations(scene, err) &&
-        check_hidden(scene, err);
+        check_hidden(scene, err) && scene_check_grids(scene, string_bytes(scene), err);
     if (!is_good)
         memset(scene, 0, sizeof *scene);
     return is_good;
@@ -588,46 +599,66 @@ static uint32_t part_of_name(const struct scene *scene, const char *name, const 
     return 0;
 }
 
+/* Finds a name, or "#12", in an array whose elements hold, `member` bytes from their start, the
+ * offset of a name in the scene's strings; -1 if there is none. */
+static int32_t find_name(const struct scene *scene, const char *name, const void *array,
+                         size_t element_bytes, size_t member, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t offset;
+        memcpy(&offset, (const char *)array + i * element_bytes + member, sizeof offset);
+        if (strcmp(scene->strings + offset, name) == 0)
+            return (int32_t)i;
+    }
+    return index_from_name(name, count);
+}
+
 int32_t scene_find_node(const struct scene *scene, const char *name)
 {
-    for (uint32_t i = 0; i < scene->node_count; i++)
-        if (strcmp(scene->strings + scene->nodes[i].name, name) == 0)
-            return (int32_t)i;
+    int32_t index = find_name(scene, name, scene->nodes, sizeof *scene->nodes,
+                              offsetof(struct scene_node, name), scene->node_count);
     const char *inside;
-    uint32_t part = part_of_name(scene, name, &inside);
+    uint32_t part = index < 0 ? part_of_name(scene, name, &inside) : 0;
     if (!part)
-        return index_from_name(name, scene->node_count);
-    int32_t index = index_from_name(inside, scene->parts[part].scene->node_count);
+        return index;
+    index = index_from_name(inside, scene->parts[part].scene->node_count);
     return index < 0 ? -1 : index + (int32_t)scene->parts[part].first_node;
 }
 
 int32_t scene_find_material(const struct scene *scene, const char *name)
 {
-    for (uint32_t i = 0; i < scene->material_count; i++)
-        if (strcmp(scene->strings + scene->materials[i].name, name) == 0)
-            return (int32_t)i;
+    int32_t index = find_name(scene, name, scene->materials, sizeof *scene->materials,
+                              offsetof(struct scene_material, name), scene->material_count);
     const char *inside;
-    uint32_t part = part_of_name(scene, name, &inside);
+    uint32_t part = index < 0 ? part_of_name(scene, name, &inside) : 0;
     if (!part)
-        return index_from_name(name, scene->material_count);
-    int32_t index = index_from_name(inside, scene->parts[part].scene->material_count);
+        return index;
+    index = index_from_name(inside, scene->parts[part].scene->material_count);
     return index < 0 ? -1 : index + (int32_t)scene->parts[part].first_material;
+}
+
+int32_t scene_find_grid(const struct scene *scene, const char *name)
+{
+    int32_t index = find_name(scene, name, scene->grids, sizeof *scene->grids,
+                              offsetof(struct scene_grid, name), scene->grid_count);
+    const char *inside;
+    uint32_t part = index < 0 ? part_of_name(scene, name, &inside) : 0;
+    if (!part)
+        return index;
+    index = index_from_name(inside, scene->parts[part].scene->grid_count);
+    return index < 0 ? -1 : index + (int32_t)scene->parts[part].first_grid;
 }
 
 int32_t scene_find_animation(const struct scene *scene, const char *name)
 {
-    for (uint32_t i = 0; i < scene->animation_count; i++)
-        if (strcmp(scene->strings + scene->animations[i].name, name) == 0)
-            return (int32_t)i;
-    return index_from_name(name, scene->animation_count);
+    return find_name(scene, name, scene->animations, sizeof *scene->animations,
+                     offsetof(struct scene_animation, name), scene->animation_count);
 }
 
 int32_t scene_find_variant(const struct scene *scene, const char *name)
 {
-    for (uint32_t i = 0; i < scene->variant_count; i++)
-        if (strcmp(scene->strings + scene->variants[i], name) == 0)
-            return (int32_t)i;
-    return index_from_name(name, scene->variant_count);
+    return find_name(scene, name, scene->variants, sizeof *scene->variants, 0,
+                     scene->variant_count);
 }
 
 bool scene_material_attenuates(const struct scene_material *m)

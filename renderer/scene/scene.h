@@ -17,7 +17,7 @@ struct scene_part {
     uint64_t identity;         /* of its content; 0 of the base */
     uint32_t source_index;     /* among the parts of the description */
     /* Indices of what is the first in its scene. The node before that is the part's own. */
-    uint32_t first_node, first_primitive, first_material, first_texture, first_image;
+    uint32_t first_node, first_primitive, first_material, first_texture, first_image, first_grid;
 };
 
 /* Pointers into the blob, with their counts. Borrowed: valid while the blob's memory is. */
@@ -78,7 +78,13 @@ struct scene {
     uint32_t deformed_node_count;
     const float *target_weights;
     uint32_t target_weight_count;
-    const uint32_t *variants; /* names */
+    const struct scene_grid *grids; /* this and what follows: none without density grids */
+    uint32_t grid_count;
+    const struct scene_grid_brick *grid_bricks;
+    uint32_t grid_brick_count;
+    const float (*grid_values)[SCENE_BRICK_VALUES];
+    uint32_t grid_value_count; /* bricks */
+    const uint32_t *variants;  /* names */
     uint32_t variant_count;
     const struct scene_variant_material *variant_materials;
     uint32_t variant_material_count;
@@ -117,6 +123,13 @@ static inline const struct scene *scene_of_primitive(const struct scene *scene,
     return scene->part_count ? scene->parts[primitive->part].scene : scene;
 }
 
+/* Likewise of the bricks that a grid counts from. */
+static inline const struct scene *scene_of_grid(const struct scene *scene,
+                                                const struct scene_grid *grid)
+{
+    return scene->part_count ? scene->parts[grid->part].scene : scene;
+}
+
 /* RGBA8, first row on top. */
 static inline const uint8_t *scene_image_pixels(const struct scene *scene,
                                                 const struct scene_image *image)
@@ -125,11 +138,12 @@ static inline const uint8_t *scene_image_pixels(const struct scene *scene,
     return from->pixels + image->offset_bytes;
 }
 
-/* Node, material, animation or variant by exact name, first match in file order; -1 when there is
- * none. "#12" means index 12, "PART/#12" the one that has it in that part. Animations and variants:
- * of the scene itself, not of its parts. */
+/* Node, material, animation or variant by exact name, first match in file order; -1 when
+ * there is none. "#12" means index 12, "PART/#12" the one that has it in that part. Animations and
+ * variants: of the scene itself, not of its parts. */
 int32_t scene_find_node(const struct scene *scene, const char *name);
 int32_t scene_find_material(const struct scene *scene, const char *name);
+int32_t scene_find_grid(const struct scene *scene, const char *name);
 int32_t scene_find_animation(const struct scene *scene, const char *name);
 int32_t scene_find_variant(const struct scene *scene, const char *name);
 

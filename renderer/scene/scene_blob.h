@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 #define SCENE_BLOB_MAGIC "VITRAIL" /* 8 bytes with the NUL */
-enum { SCENE_BLOB_VERSION = 15 };  /* any change of a record or of its meaning raises it */
+enum { SCENE_BLOB_VERSION = 16 };  /* any change of a record or of its meaning raises it */
 
 enum scene_section {
     SCENE_STRINGS,    /* char */
@@ -60,6 +60,10 @@ enum scene_section {
     SCENE_VARIANT_MATERIALS, /* struct scene_variant_material, primitives not descending */
     /* u32, ascending: nodes that are not shown at rest, nor what is under them. */
     SCENE_HIDDEN_NODES,
+    /* Absent where there is no smoke (renderer/scene/density_grid.h): */
+    SCENE_GRIDS,       /* struct scene_grid */
+    SCENE_GRID_BRICKS, /* struct scene_grid_brick; those of one grid follow each other */
+    SCENE_GRID_VALUES, /* SCENE_BRICK_VALUES f32: one brick, x fastest, then y, then z */
     SCENE_SECTION_COUNT
 };
 
@@ -90,6 +94,8 @@ struct scene_node {
     int32_t parent, mesh, camera, light;
     uint32_t name;
     uint32_t source_index; /* index of the node in the glTF */
+    int32_t grid;
+    uint32_t pad;
 };
 
 /* The pose of a node that nothing moves: its local matrix is translation * rotation * scale. */
@@ -336,6 +342,34 @@ struct scene_light { /* KHR_lights_punctual; emits along the node's -Z */
     float inner_cone_rad, outer_cone_rad; /* half angles */
     uint32_t name;
     uint32_t pad;
+};
+
+enum {
+    SCENE_BRICK_SIDE = 8, /* voxels */
+    SCENE_BRICK_VALUES = SCENE_BRICK_SIDE * SCENE_BRICK_SIDE * SCENE_BRICK_SIDE,
+    SCENE_GRID_SIDE_MAX = 8192,      /* voxels along an axis */
+    SCENE_GRID_VOXELS_MAX = 1 << 29, /* empty ones too */
+};
+#define SCENE_GRID_VALUE_MAX 1e12f /* of a value, its factors and their product */
+
+/* A medium whose density varies from place to place, in the space of its node: values at the
+ * centres of voxels, trilinear between, constant in the outer half voxel and 0 outside the box. */
+struct scene_grid {
+    uint32_t size[3];                   /* voxels, at least 1 */
+    uint32_t first_brick;               /* ceil(size / 8) bricks, x fastest */
+    float bounds_min[3], bounds_max[3]; /* through the outer faces of voxels */
+    float density;                      /* of a value of 1 [1/m]; >= 0 */
+    float extinction[3];                /* of the channels, relative to that; >= 0 */
+    float color[3];                     /* the share of the extinction that scatters [0,1] */
+    float anisotropy;                   /* Henyey and Greenstein's g, in (-1, 1) */
+    float largest;                      /* of all values */
+    uint32_t name;
+    uint32_t part; /* as of primitives */
+};
+
+struct scene_grid_brick {
+    uint32_t values; /* 1 + index in SCENE_GRID_VALUES; 0: all are 0 */
+    float largest;   /* of the values */
 };
 
 struct scene_camera {

@@ -578,7 +578,8 @@ bool scene_state_init(struct scene_state *state, const struct scene *scene, cons
                           state->is_visible, err) ||
         !apply_material_overrides(state, view, err) ||
         !variant_materials_create(scene, view->variant, &state->variant_materials, err) ||
-        !list_items(state, err) || !list_lights(state, view, err))
+        !list_items(state, err) || !state_grids_init(state, view, err) ||
+        !list_lights(state, view, err))
         goto fail;
     state->unit_m = find_unit(state);
     state->whole_count = state->item_count;
@@ -610,6 +611,7 @@ void scene_state_finish(struct scene_state *state)
     state_caps_finish(&state->caps);
     deforms_finish(&state->deforms);
     free(state->items);
+    state_grids_finish(state);
     free(state->lights);
     *state = (struct scene_state){0};
 }

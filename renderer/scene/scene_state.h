@@ -6,6 +6,7 @@
 
 #include "renderer/scene/deform.h"
 #include "renderer/scene/scene.h"
+#include "renderer/scene/state_grids.h"
 #include "renderer/view.h"
 
 enum state_class {
@@ -114,13 +115,15 @@ struct scene_state {
     size_t open_volume_count;   /* items that would be if their surface were closed */
     struct state_light *lights; /* scene lights in node order, then those of the view */
     size_t light_count;
+    struct state_grid *grids; /* of visible nodes, in node order */
+    size_t grid_count;
     bool has_idle_animation; /* animated, and no mesh, joint, light or camera hangs on a moved node
                               */
     bool has_default_lights; /* neither scene nor view brought a light: the studio's */
     bool has_environment;
-    float sky[3], ground[3];                       /* nt */
-    double bounds_min[3], bounds_max[3];           /* world, of all items but caps and the ground;
-                                                      min > max when empty */
+    float sky[3], ground[3];             /* nt */
+    double bounds_min[3], bounds_max[3]; /* world, of all items but caps and the ground, and of
+                                            grids; min > max when empty */
     double shadow_planes[VIEW_CLIP_PLANES_MAX][4]; /* clip planes that let light in, world */
     size_t shadow_plane_count;
     double unit_m; /* size of the largest primitive, hidden ones too: grows with the scene, does

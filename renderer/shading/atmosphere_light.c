@@ -8,12 +8,9 @@
 
 #include "renderer/base/matrix.h"
 #include "renderer/environment/environment.h"
-#include "renderer/window/atmosphere_grid.h"
+#include "renderer/scene/atmosphere_grid.h"
 
 #include "shaders/shared/bindings.h"
-
-static const double FRONT = 0.25;      /* share of the slices before the scene, where it is far */
-static const double OPAQUE_DEPTH = 14; /* optical: nothing behind it is seen */
 
 static const char reach_pass[] = "atmosphere.reach", sum_pass[] = "atmosphere.sum";
 static const char technique[] = "froxels", because[] = "lights shine into the atmosphere";
@@ -30,41 +27,13 @@ const char *atmosphere_defines(const struct view *view)
 
 /* ---- the grid ---- */
 
-/* Depths of the scene's box; of the view alone, so that tiles agree. */
-static void find_depths(const struct window_frame *frame, double *nearest, double *farthest)
-{
-    const struct scene_state *state = frame->state;
-    const struct camera *camera = frame->camera;
-    *nearest = INFINITY;
-    *farthest = 0;
-    for (int corner = 0; corner < 8; corner++) {
-        double world[3], view[3];
-        for (int k = 0; k < 3; k++)
-            world[k] = corner >> k & 1 ? state->bounds_max[k] : state->bounds_min[k];
-        camera_to_view(camera, world, view);
-        *nearest = fmin(*nearest, view[2]);
-        *farthest = fmax(*farthest, view[2]);
-    }
-    *nearest = isfinite(*nearest) ? fmax(*nearest, 0) : 0;
-    if (!(*farthest > 1e-6) || !isfinite(*farthest))
-        *farthest = 1;
-}
-
 static void set_slices(const struct window_frame *frame, const struct gl_program *program)
 {
-    const struct view_atmosphere *air = &frame->view->atmosphere;
-    double nearest, farthest, front;
-    find_depths(frame, &nearest, &farthest);
-    if (!(air->falloff_m > 0)) { /* even: nothing is seen through so much of it */
-        farthest = fmin(farthest, OPAQUE_DEPTH / air->density_per_m);
-        nearest = fmin(nearest, farthest / 2);
-    }
-    front = nearest > 0.1 * farthest ? FRONT : 0;
-    if (front == 0)
-        nearest = 0;
+    const struct atmosphere_slices slices =
+        atmosphere_slices_of(frame->view, frame->state, frame->camera);
     gl_program_set_f4(
         program, "u_atmosphere_slices",
-        (const float[4]){(float)nearest, (float)fmax(farthest - nearest, 1e-6), (float)front, 0});
+        (const float[4]){(float)slices.begin_m, (float)slices.length_m, (float)slices.front, 0});
 }
 
 static void set_grid(const struct window_frame *frame, const struct gl_program *program)
@@ -131,11 +100,13 @@ static struct program_desc reach_program(const struct window_frame *frame, char 
 static const struct program_desc sum_program = {.label = "atmosphere_sum.comp.glsl",
                                                 .compute = "atmosphere_sum.comp.glsl"};
 
-void atmosphere_list_programs(const struct window_frame *frame, struct program_list *list)
+void atmosphere_list_programs(const struct window_frame *frame, bool is_traced,
+                              struct program_list *list)
 {
     char defines[64];
     const struct program_desc reach = reach_program(frame, defines);
-    program_list_add(list, reach_pass, &reach, false);
+    if (!is_traced)
+        program_list_add(list, reach_pass, &reach, false);
     program_list_add(list, sum_pass, &sum_program, false);
 }
 
@@ -164,17 +135,23 @@ static bool run(const struct window_frame *frame, const char *pass, const struct
     return true;
 }
 
+static bool prepare(const struct window_frame *frame, const struct atmosphere_grid *grid,
+                    struct error *err)
+{
+    uint64_t columns = atmosphere_columns(grid);
+    uint64_t slices_bytes = (uint64_t)grid->slices * ATMOSPHERE_SLICE_BYTES;
+    return targets_prepare_atmosphere(frame->targets, columns * slices_bytes,
+                                      columns * sizeof(float),
+                                      atmosphere_corners(grid) * slices_bytes, err);
+}
+
 bool atmosphere_begin(const struct window_frame *frame, struct error *err)
 {
     const struct atmosphere_grid grid = atmosphere_grid_of(frame->view, &frame->window);
     char defines[64];
     const struct program_desc reach = reach_program(frame, defines);
-    uint64_t columns = atmosphere_columns(&grid);
-    uint64_t slices_bytes = (uint64_t)grid.slices * ATMOSPHERE_SLICE_BYTES;
-    return targets_prepare_atmosphere(frame->targets, columns * slices_bytes,
-                                      columns * sizeof(float),
-                                      atmosphere_corners(&grid) * slices_bytes, err) &&
-           run(frame, reach_pass, &reach, columns, err);
+    return prepare(frame, &grid, err) &&
+           run(frame, reach_pass, &reach, atmosphere_columns(&grid), err);
 }
 
 bool atmosphere_end(const struct window_frame *frame, struct error *err)
@@ -183,15 +160,29 @@ bool atmosphere_end(const struct window_frame *frame, struct error *err)
     return run(frame, sum_pass, &sum_program, atmosphere_corners(&grid), err);
 }
 
-static void bind_points(const struct window_frame *frame, const struct gl_program *program)
+/* Where the points of a round lie in their slices: Roberts 2018, R2. */
+static double round_offset(const struct window_frame *frame)
 {
     double whole;
+    return modf(frame->round * 0.5698402909980532, &whole);
+}
+
+bool atmosphere_trace(const struct window_frame *frame, struct traced_shadows *traced,
+                      struct error *err)
+{
+    const struct atmosphere_grid grid = atmosphere_grid_of(frame->view, &frame->window);
+    struct raytrace_shadow_haze haze = {.size = &grid, .offset = round_offset(frame)};
+    return prepare(frame, &grid, err) && traced_shadows_light_haze(traced, frame, &haze, err) &&
+           atmosphere_end(frame, err);
+}
+
+static void bind_points(const struct window_frame *frame, const struct gl_program *program)
+{
     gl_buffer_bind_storage(&frame->targets->atmosphere, BIND_ATMOSPHERE);
     gl_buffer_bind_storage(&frame->targets->atmosphere_reach, BIND_ATMOSPHERE_REACH);
     gl_program_set_u2(program, "u_size_px", (uint32_t)frame->window.width,
                       (uint32_t)frame->window.height);
-    gl_program_set_f(program, "u_atmosphere_offset",
-                     (float)modf(frame->round * 0.5698402909980532, &whole)); /* Roberts 2018, R2 */
+    gl_program_set_f(program, "u_atmosphere_offset", (float)round_offset(frame));
 }
 
 const struct surface_kind atmosphere_points = {

@@ -8,7 +8,8 @@
 #ifndef VITRAIL_RENDERER_SHADING_ATMOSPHERE_LIGHT_H
 #define VITRAIL_RENDERER_SHADING_ATMOSPHERE_LIGHT_H
 
-#include "renderer/window/atmosphere_grid.h"
+#include "renderer/scene/atmosphere_grid.h"
+#include "renderer/shadows/shadow_traced.h"
 #include "renderer/window/surface_set.h"
 #include "renderer/window/window.h"
 
@@ -25,11 +26,15 @@ void atmosphere_bind(const struct window_frame *frame, const struct gl_program *
 MUST_CHECK bool atmosphere_begin(const struct window_frame *frame, struct error *err);
 /* The slices, which are lit as surfaces are. */
 struct surface_set atmosphere_set(const struct window_frame *frame);
+/* In the place of both, and of the pass that lights the set: rays find the light of the slices. */
+MUST_CHECK bool atmosphere_trace(const struct window_frame *frame, struct traced_shadows *traced,
+                                 struct error *err);
 /* With the light of all lights in the slices: sums it along the columns. */
 MUST_CHECK bool atmosphere_end(const struct window_frame *frame, struct error *err);
 
 extern const struct surface_kind atmosphere_points;
-/* The programs of the other two passes. Thread: any. */
-void atmosphere_list_programs(const struct window_frame *frame, struct program_list *list);
+/* The programs of the other two passes; is_traced: of the last one. Thread: any. */
+void atmosphere_list_programs(const struct window_frame *frame, bool is_traced,
+                              struct program_list *list);
 
 #endif

@@ -13,8 +13,8 @@
 
 uint32_t light_taps(const struct window_frame *frame, bool is_traced)
 {
-    int taps = frame->view->quality.shadow_taps;
-    return is_traced ? 1 : (uint32_t)quality_or(taps, SHADOW_TAPS_DEFAULT);
+    const struct view_quality *quality = &frame->view->quality;
+    return is_traced ? 1 : (uint32_t)shadow_technique_taps(quality->shadows, quality->shadow_taps);
 }
 
 static uint64_t count_shadowed(const struct shade_desc *desc)

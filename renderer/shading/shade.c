@@ -100,8 +100,9 @@ void shade_list_programs(const struct window_frame *frame, const struct shade_fa
     if (facts->has_layers)
         lighting_list_program(frame, facts, &chunk, facts->method->surfaces, is_conditional, list);
     if (atmosphere_is_lit(frame)) {
-        lighting_list_program(frame, facts, &chunk, &atmosphere_points, is_conditional, list);
-        atmosphere_list_programs(frame, list);
+        if (!facts->is_traced)
+            lighting_list_program(frame, facts, &chunk, &atmosphere_points, is_conditional, list);
+        atmosphere_list_programs(frame, facts->is_traced, list);
     }
     lighting_list_program(frame, facts, &chunk, &opaque_samples, is_conditional, list);
     if (apart_is_possible(frame))
@@ -178,11 +179,11 @@ static struct surface_set apart_set(const struct shade_desc *desc, const struct 
     return samples_apart_of(desc->frame, piece->first, piece->count, is_counted);
 }
 
-/* Lights the haze, whose light is looked up where the layers are composited. */
+/* Lights the haze, whose light is looked up where the layers are composited; rays have done so. */
 static bool light_atmosphere(const struct shade_desc *desc, const struct surface_lighter *lighter,
                              struct error *err)
 {
-    if (!atmosphere_is_lit(desc->frame))
+    if (!atmosphere_is_lit(desc->frame) || desc->traced)
         return true;
     if (!atmosphere_begin(desc->frame, err))
         return false;
@@ -196,7 +197,7 @@ static bool light_all(const struct shade_desc *desc, const struct surface_lighte
                       struct error *err)
 {
     const struct surface_set opaque = opaque_samples_of(desc->frame);
-    return desc->layers->method->light(desc->layers, desc->frame, lighter, err) &&
+    return desc->layers->method->light(desc->layers, desc->frame, desc->items, lighter, err) &&
            light_atmosphere(desc, lighter, err) && lighter->light(lighter->context, &opaque, err);
 }
 
@@ -206,7 +207,11 @@ static bool light_traced(struct lighting *lighting, uint32_t chunk_count,
                          const struct apart_piece *piece, struct error *err)
 {
     const struct shade_desc *desc = lighting->desc;
-    const struct surface_lighter lighter = {.context = lighting, .light = light_chunk_of_set};
+    const struct surface_lighter lighter = {
+        .context = lighting, .is_continued = desc->is_continued, .light = light_chunk_of_set};
+    if (!piece && atmosphere_is_lit(desc->frame) &&
+        !atmosphere_trace(desc->frame, desc->traced, err))
+        return false;
     begin_chunks(lighting);
     for (uint32_t i = 0; i < chunk_count; i++, next_chunk(lighting)) {
         set_last(lighting, i + 1 == chunk_count);
@@ -231,7 +236,8 @@ static bool light_chunks(struct lighting *lighting, uint32_t chunk_count,
                          const struct apart_piece *piece, struct error *err)
 {
     struct chunk_walk walk = {.lighting = lighting, .count = chunk_count};
-    const struct surface_lighter lighter = {.context = &walk, .light = light_set};
+    const struct surface_lighter lighter = {
+        .context = &walk, .is_continued = lighting->desc->is_continued, .light = light_set};
     if (lighting->desc->traced)
         return light_traced(lighting, chunk_count, piece, err);
     if (!piece)
@@ -324,7 +330,7 @@ bool shade_window(struct shade *shade, const struct shade_desc *desc, struct err
     int sets = desc->is_apart
                    ? 1
                    : 1 + (desc->traced != NULL) + desc->layers->method->count_sets(desc->layers) +
-                         atmosphere_is_lit(desc->frame) +
+                         (!desc->traced && atmosphere_is_lit(desc->frame)) +
                          (may_differ && !desc->traced && !is_batch);
     lighting.parts = (int)chunk_count * sets;
     shade->has_apart = desc->is_apart;

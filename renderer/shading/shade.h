@@ -30,7 +30,8 @@ struct shade_desc {
     const struct window_frame *frame;    /* required */
     const struct light_lists *lists;     /* required, prepared for the window */
     const struct shadow_system *shadows; /* required, prepared for the frame */
-    struct layers *layers;               /* required, found for the window */
+    struct layers *layers;               /* required, found for the window ... */
+    const struct geometry_items *items;  /* ... among these; required */
     struct traced_shadows *traced; /* optional: collected for the window, takes the place of all
                                       structures; the lists must be clustered */
     struct traced_shadows *seen;   /* with needs->visibility_lobes: seen for the window */

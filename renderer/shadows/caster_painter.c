@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/base/fnv.h"
 #include "renderer/base/matrix.h"
 #include "shaders/shared/layout.h"
 
@@ -130,6 +131,17 @@ static void fill_axes(const struct shadow_frame *frame, uint32_t face, struct fa
                       is_flat ? (float)(-unit / frame->depth_m) : 0}};
 }
 
+/* Of what stays as it is while casters move, so that the noise stands still: where the light is, or
+ * where it shines. */
+static uint32_t seed_of(const struct shadow_frame *frame, uint32_t face)
+{
+    bool is_flat = frame->shape == SHADOW_ORTHOGRAPHIC;
+    const double *place = is_flat ? frame->axis[2] : frame->origin;
+    uint64_t digest = fnv_add(FNV_BEGIN, &face, sizeof face);
+    digest = fnv_add(digest, place, 3 * sizeof *place);
+    return (uint32_t)(digest ^ digest >> 32);
+}
+
 /* In the light's space, in metres. */
 static void fill_planes(const struct shadow_map *map, struct face_record *r)
 {
@@ -164,6 +176,7 @@ static void fill_face(const struct paint_job *job, const struct shadow_build *bu
         .scatters = job->desc->pass == CASTER_SCATTER,
         .blend_filter = job->desc->scene->blend_filter,
         .lock_tries = build->lock_tries,
+        .seed = seed_of(&map->frame, map->window.row_count ? map->window.face : face),
     };
     fill_axes(&map->frame, map->window.row_count ? map->window.face : face, r);
     fill_planes(map, r);
@@ -376,6 +389,24 @@ static bool list_all(struct paint_job *job, struct error *err)
 
 /* ---- drawing ---- */
 
+static bool keeps_products(enum caster_pass pass)
+{
+    return pass == CASTER_PRODUCT || pass == CASTER_BLEND;
+}
+
+/* Filters multiply, and the nearest depth stays: both in any order of the casters. As published, in
+ * their order, each adds its colour to what it lets through. */
+static void blend_texels(enum caster_pass pass)
+{
+    glEnable(GL_BLEND);
+    glBlendEquationSeparate(keeps_products(pass) ? GL_FUNC_ADD : GL_MIN, GL_MIN);
+    if (pass == CASTER_BLEND)
+        glBlendFuncSeparate(GL_ONE, GL_SRC1_COLOR, GL_ONE, GL_ONE);
+    else
+        glBlendFuncSeparate(GL_ZERO, GL_SRC_COLOR, GL_ONE, GL_ONE);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+}
+
 /* llvmpipe loses side effects of fragments without a colour mask that is off and a depth
  * attachment. */
 static void set_state(const struct paint_job *job)
@@ -400,12 +431,16 @@ static void set_state(const struct paint_job *job)
         glEnable(GL_SCISSOR_TEST);
         glScissor(0, map->window.first_row, map->resolution, map->window.row_count);
     }
+    if (caster_pass_has_colors(pass))
+        blend_texels(pass);
 }
 
 static void unset_state(void)
 {
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glDisable(GL_SCISSOR_TEST);
+    glDisable(GL_BLEND);
+    glBlendEquation(GL_FUNC_ADD);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glDepthMask(GL_TRUE);
 }
@@ -464,6 +499,29 @@ static bool paint_around(const struct paint_job *job, uint32_t build, uint32_t f
     return true;
 }
 
+/* Of texels that no transparent caster covers. */
+static const GLfloat *clear_texel(enum caster_pass pass)
+{
+    static const GLfloat products[4] = {1, 1, 1, (GLfloat)SHADOW_TEXEL_FAR},
+                         depths[4] = {(GLfloat)SHADOW_TEXEL_FAR, (GLfloat)SHADOW_TEXEL_FAR,
+                                      (GLfloat)SHADOW_TEXEL_FAR, (GLfloat)SHADOW_TEXEL_FAR};
+    return keeps_products(pass) ? products : depths;
+}
+
+static void clear_face(const struct gl_framebuffer *framebuffer, enum caster_pass pass)
+{
+    if (pass == CASTER_DEPTH)
+        glClearNamedFramebufferfv(framebuffer->name, GL_DEPTH, 0, &(GLfloat){0});
+    else if (caster_pass_has_colors(pass))
+        glClearNamedFramebufferfv(framebuffer->name, GL_COLOR, 0, clear_texel(pass));
+}
+
+static bool is_cleared(const struct caster_paint_desc *desc)
+{
+    return desc->pass == CASTER_DEPTH ||
+           (caster_pass_has_colors(desc->pass) && !desc->keeps_texels);
+}
+
 static bool paint_face(struct paint_job *job, uint32_t number, uint32_t first_face,
                        struct error *err)
 {
@@ -471,15 +529,16 @@ static bool paint_face(struct paint_job *job, uint32_t number, uint32_t first_fa
     const struct shadow_build *build = job->builds[face->build];
     const struct draw_desc draws = draws_of(job, false);
     const struct gl_framebuffer *framebuffer =
-        shadow_store_face(job->desc->store, layer_of(build, number - first_face), err);
+        shadow_store_face(job->desc->store, layer_of(build, number - first_face),
+                          caster_pass_has_colors(job->desc->pass), err);
     if (!framebuffer)
         return false;
-    bool is_depth = job->desc->pass == CASTER_DEPTH, has_medium = has_around(job, build);
-    if (!is_depth && !face->range.count && !has_medium)
+    bool has_medium = has_around(job, build);
+    if (!is_cleared(job->desc) && !face->range.count && !has_medium)
         return true;
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer->name);
-    if (is_depth)
-        glClearNamedFramebufferfv(framebuffer->name, GL_DEPTH, 0, &(GLfloat){0});
+    if (is_cleared(job->desc))
+        clear_face(framebuffer, job->desc->pass);
     bind_face(job, number);
     cut_casters(build->map->plane_count, true);
     draws_run(&draws, &face->range);
@@ -499,7 +558,7 @@ static bool paint_apart(struct paint_job *job, struct error *err)
             if (!paint_face(job, number, first, err))
                 return false;
     }
-    if (job->desc->pass == CASTER_DEPTH && !job->painter->faces[number - 1].range.count)
+    if (is_cleared(job->desc) && !job->painter->faces[number - 1].range.count)
         gl_framebuffer_apply_clears(); /* nothing was drawn to the last face */
     return true;
 }
@@ -507,13 +566,16 @@ static bool paint_apart(struct paint_job *job, struct error *err)
 /* The layers of each run of lights that follow one another. */
 static void clear_layers(const struct paint_job *job)
 {
-    const struct gl_texture *target = &job->desc->store->target;
+    bool has_colors = caster_pass_has_colors(job->desc->pass);
+    const struct shadow_store *store = job->desc->store;
+    const struct gl_texture *target = has_colors ? &store->colors : &store->target;
     for (uint32_t face = 0; face < job->face_count;) {
         uint32_t first = job->painter->records[face].layer, count = 0;
         while (face < job->face_count && job->painter->records[face].layer == first + count)
             face++, count++;
         glClearTexSubImage(target->name, 0, 0, 0, (GLint)first, target->width, target->height,
-                           (GLsizei)count, GL_DEPTH_COMPONENT, GL_FLOAT, NULL);
+                           (GLsizei)count, has_colors ? GL_RGBA : GL_DEPTH_COMPONENT, GL_FLOAT,
+                           has_colors ? clear_texel(job->desc->pass) : NULL);
     }
 }
 
@@ -523,9 +585,10 @@ static bool paint_together(struct paint_job *job, struct error *err)
     const struct draw_range *range = &job->painter->faces[0].range;
     uint32_t planes = job->builds[0]->map->plane_count;
     uint32_t instance = (uint32_t)job->painter->list.count; /* those of casters are before */
-    if (job->desc->pass == CASTER_DEPTH)
+    if (is_cleared(job->desc))
         clear_layers(job);
-    const struct gl_framebuffer *framebuffer = shadow_store_layers(job->desc->store, err);
+    const struct gl_framebuffer *framebuffer =
+        shadow_store_layers(job->desc->store, caster_pass_has_colors(job->desc->pass), err);
     if (!framebuffer)
         return false;
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer->name);
@@ -549,7 +612,8 @@ static bool paint_group(struct paint_job *job, struct error *err)
 {
     if (!place_casters(job, err) || !upload_faces(job, err))
         return false;
-    job->is_layered = job->painter->is_layered && draw_arena_has_block(job->desc->scene->arena);
+    job->is_layered = job->painter->is_layered && !caster_pass_is_ordered(job->desc->pass) &&
+                      draw_arena_has_block(job->desc->scene->arena);
     if (!list_all(job, err))
         return false;
     set_state(job);

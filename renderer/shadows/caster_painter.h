@@ -42,6 +42,7 @@ void caster_painter_finish(struct caster_painter *painter);
 struct caster_paint_desc { /* all required */
     enum caster_pass pass;
     bool is_unlocked;                   /* CASTER_LINK_FAITHFUL: without the locks of lists */
+    bool keeps_texels;                  /* passes into texels add to what stands there */
     struct shadow_build *const *builds; /* of one resolution; their placements are kept up */
     size_t build_count;
     const struct shadow_scene *scene;

@@ -21,18 +21,34 @@ enum {
     VARIANT_CONSTANT = 1 << 13,  /* the filter is evaluated per vertex */
     VARIANT_MEDIA = 1 << 14,     /* keep the medium of each event */
     VARIANT_MEDIUM = 1 << 15,    /* the caster is one */
-    VARIANT_PASS = 1 << 16,      /* times enum caster_pass, which has three bits */
-    VARIANT_SUBTEXELS = 1 << 19, /* times sub-texel samples per side, at most 4 */
-    VARIANT_PLANES = 1 << 22,    /* times clip planes, at most 8 */
-    VARIANT_CAP = 1 << 26,       /* the caster closes a cut */
-    VARIANT_AROUND = 1 << 27,    /* a medium that begins at the cut: no caster is drawn */
-    VARIANT_LAYERED = 1 << 28,   /* all faces in one pass */
-    VARIANT_UNLOCKED = 1 << 29,  /* lists as published, without their locks */
+    VARIANT_PASS = 1 << 16,      /* times enum caster_pass, which has four bits */
+    VARIANT_SUBTEXELS = 1 << 20, /* times sub-texel samples per side, at most 4 */
+    VARIANT_PLANES = 1 << 23,    /* times clip planes, at most 8 */
+    VARIANT_CAP = 1 << 27,       /* the caster closes a cut */
+    VARIANT_AROUND = 1 << 28,    /* a medium that begins at the cut: no caster is drawn */
+    VARIANT_LAYERED = 1 << 29,   /* all faces in one pass */
+    VARIANT_UNLOCKED = 1 << 30,  /* lists as published, without their locks */
 };
 
 static uint32_t variant_pass(uint32_t key)
 {
-    return key / VARIANT_PASS & 7;
+    return key / VARIANT_PASS & 15;
+}
+
+bool caster_pass_has_colors(enum caster_pass pass)
+{
+    return pass >= CASTER_PRODUCT && pass <= CASTER_ONE_CHANCE;
+}
+
+bool caster_pass_is_ordered(enum caster_pass pass)
+{
+    return pass == CASTER_BLEND;
+}
+
+/* Deep lists alone have media, objects and samples within a texel. */
+static bool is_deep(enum caster_pass pass)
+{
+    return pass == CASTER_COUNT || pass == CASTER_SCATTER;
 }
 
 /* Whether the filter darkens some channel wherever the surface is and at every angle: textures and
@@ -93,10 +109,10 @@ uint32_t caster_key(const struct caster_view *view, const struct state_item *ite
         return key | VARIANT_OPAQUE;
     if (item->class_ == STATE_MASKED)
         return key | VARIANT_MASKED | (slots & (VARIANT_COLORS | 1u));
-    bool is_linked = view->pass == CASTER_LINK || view->pass == CASTER_LINK_FAITHFUL;
-    bool has_media = !is_linked && (view->map->flags & SHADOW_FLAG_MEDIA);
+    bool has_lists = is_deep(view->pass);
+    bool has_media = has_lists && (view->map->flags & SHADOW_FLAG_MEDIA);
     bool is_certain =
-        !is_linked &&
+        has_lists &&
         ((has_media && item->is_medium) ||
          (m->alpha_mode != SCENE_MASK &&
           filters_everywhere(m, has_colors ? 0 : least_alpha(view, m), view->scene->blend_filter)));
@@ -108,18 +124,28 @@ uint32_t caster_key(const struct caster_view *view, const struct state_item *ite
     /* One program for both passes: they must decide alike. */
     if (!is_certain && view->pass == CASTER_SCATTER)
         key -= (uint32_t)(CASTER_SCATTER - CASTER_COUNT) * VARIANT_PASS;
-    if (!is_linked && view->map->prefilter > 1)
+    if (has_lists && view->map->prefilter > 1)
         key |= (uint32_t)view->map->prefilter * VARIANT_SUBTEXELS;
     key |= slots | (is_certain ? VARIANT_CERTAIN : 0u);
     if (m->pass_through != SCENE_PASS_CONSTANT)
         key |= VARIANT_ANGLED;
     else if (!slots && m->alpha_mode != SCENE_MASK)
         key |= VARIANT_CONSTANT;
-    if (!is_linked && (view->map->flags & SHADOW_FLAG_RAW))
+    if (has_lists && (view->map->flags & SHADOW_FLAG_RAW))
         key |= VARIANT_IDS;
     if (has_media)
         key |= VARIANT_MEDIA | (item->is_medium ? VARIANT_MEDIUM : 0u);
     return key;
+}
+
+/* As shadow_texel.frag.glsl has them. */
+static const char *write_pass(enum caster_pass pass)
+{
+    return pass == CASTER_CHANCE         ? " CHANCE"
+           : pass == CASTER_COLOR_CHANCE ? " CHANCE COLOR_CHANCE"
+           : pass == CASTER_ONE_CHANCE   ? " CHANCE ONE_CHANCE"
+           : pass == CASTER_BLEND        ? " BLENDED"
+                                         : "";
 }
 
 static void write_defines(uint32_t key, char *out, size_t size)
@@ -133,7 +159,7 @@ static void write_defines(uint32_t key, char *out, size_t size)
         snprintf(planes, sizeof planes, " CUT_PLANES=%u%s", key / VARIANT_PLANES & 15,
                  key & VARIANT_CAP ? " IS_CAP" : "");
     snprintf(
-        out, size, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s%s%s%s%s", key & 127u,
+        out, size, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s%s%s%s%s%s", key & 127u,
         key & VARIANT_COLORS ? " COLORS" : "", key & VARIANT_CONSTANT ? " CONSTANT" : "",
         key & VARIANT_ANGLED ? " ANGLED" : "", key & VARIANT_IDS ? " IDS" : "",
         key & VARIANT_MEDIA ? " MEDIA" : "", key & VARIANT_MEDIUM ? " MEDIUM" : "",
@@ -142,15 +168,17 @@ static void write_defines(uint32_t key, char *out, size_t size)
         pass == CASTER_LINK_FAITHFUL && (key & (VARIANT_OPAQUE | VARIANT_MASKED)) ? " OPAQUE" : "",
         pass == CASTER_LINK_FAITHFUL ? " SHADOW_FAITHFUL" : "", is_flat ? " DEPTH_ONLY" : "",
         subtexels, planes, key & VARIANT_AROUND ? " AROUND" : "",
-        key & VARIANT_LAYERED ? " LAYERED" : "", key & VARIANT_UNLOCKED ? " UNLOCKED" : "");
+        key & VARIANT_LAYERED ? " LAYERED" : "", key & VARIANT_UNLOCKED ? " UNLOCKED" : "",
+        write_pass((enum caster_pass)pass));
 }
 
 struct program_desc caster_program(uint32_t key, char defines[CASTER_DEFINES_BYTES])
 {
     uint32_t pass = variant_pass(key);
     const char *fragment =
-        pass == CASTER_DEPTH ? (key & VARIANT_MASKED ? "shadow_depth.frag.glsl" : NULL)
-        : pass == CASTER_COUNT || pass == CASTER_SCATTER ? "shadow_deep.frag.glsl"
+        pass == CASTER_DEPTH              ? (key & VARIANT_MASKED ? "shadow_depth.frag.glsl" : NULL)
+        : is_deep((enum caster_pass)pass) ? "shadow_deep.frag.glsl"
+        : caster_pass_has_colors((enum caster_pass)pass) ? "shadow_texel.frag.glsl"
                                                          : "shadow_linked.frag.glsl";
     write_defines(key, defines, CASTER_DEFINES_BYTES);
     return (struct program_desc){.label = "shadow.caster",
@@ -209,6 +237,6 @@ void caster_list_programs(const struct caster_view *view, const struct shadow_ca
             listed[listed_count++] = key;
         add_program(key, pass, is_conditional, list);
     }
-    if (view->map->around_count && (view->pass == CASTER_COUNT || view->pass == CASTER_SCATTER))
+    if (view->map->around_count && is_deep(view->pass))
         add_program(caster_around_key(view), pass, is_conditional, list);
 }

@@ -12,6 +12,11 @@ enum caster_pass {
     CASTER_SCATTER,       /* ... and written to their places */
     CASTER_LINK,          /* transparent casters into linked lists */
     CASTER_LINK_FAITHFUL, /* all casters into linked lists */
+    CASTER_PRODUCT,       /* transparent casters into texels: shadow_texel.frag.glsl; and ... */
+    CASTER_CHANCE,        /* ... each with the chance of its opacity, ... */
+    CASTER_COLOR_CHANCE,  /* ... or of that in each colour; */
+    CASTER_BLEND,         /* blended over each other from the light on, as published */
+    CASTER_ONE_CHANCE,    /* as CASTER_CHANCE, with one depth, as published */
 };
 
 struct caster_view { /* a light's map as a pass draws into it; all required */
@@ -21,6 +26,11 @@ struct caster_view { /* a light's map as a pass draws into it; all required */
     const struct shadow_map *map;
     const struct shadow_scene *scene; /* of it gpu, state and blend_filter */
 };
+
+/* Whether the pass draws into store->colors. */
+bool caster_pass_has_colors(enum caster_pass pass);
+/* Whether it draws casters in the order in which the build has them, one face after the other. */
+bool caster_pass_is_ordered(enum caster_pass pass);
 
 /* Whether the pass draws this item of the state. */
 bool caster_is_drawn(const struct caster_view *view, uint32_t item);

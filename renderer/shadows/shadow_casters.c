@@ -45,6 +45,16 @@ static bool meets_planes(const struct scene_state *state, const struct state_ite
                                           item->bounds_min, item->bounds_max, through);
 }
 
+/* A flat one along an axis is crossed once; others may be crossed more often. */
+static bool is_pane(const struct state_item *item)
+{
+    const double hair = 1e-6; /* of the radius: positions are rounded */
+    double thinnest = item->radius_m;
+    for (int k = 0; k < 3; k++)
+        thinnest = fmin(thinnest, item->bounds_max[k] - item->bounds_min[k]);
+    return thinnest <= hair * item->radius_m;
+}
+
 bool shadow_casters_collect(struct shadow_casters *casters, const struct shadow_frame *frame,
                             const struct scene_state *state, struct error *err)
 {
@@ -63,7 +73,8 @@ bool shadow_casters_collect(struct shadow_casters *casters, const struct shadow_
             continue;
         }
         const struct state_material *material = &state->materials[item->material];
-        casters->transparent_count++;
+        casters->has_bodies |= !is_pane(item);
+        casters->has_layers |= casters->transparent_count++ > 0 || !is_pane(item);
         casters->transparent_planes |= planes;
         casters->farthest_m = fmax(casters->farthest_m, farthest_depth(frame, item));
         if (material->no_self_shadow || material->cast_once)
@@ -89,7 +100,7 @@ void shadow_casters_cut(const struct shadow_casters *casters, const struct scene
                         struct shadow_map *map)
 {
     uint32_t through = casters->opaque_planes |
-                       (map->method->structure->has_lists ? casters->transparent_planes : 0);
+                       (map->method->structure->filters ? casters->transparent_planes : 0);
     for (size_t i = 0; i < state->shadow_plane_count; i++)
         if (through >> i & 1)
             memcpy(map->planes[map->plane_count++], state->shadow_planes[i], sizeof *map->planes);

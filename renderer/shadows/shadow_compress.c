@@ -85,8 +85,9 @@ static bool copy_opaque(struct compress_job *job, struct error *err)
     bool ok = true;
     for (uint32_t i = 0; ok && i < layers; i++) {
         const struct gl_framebuffer *from =
-            shadow_store_face(job->store, job->build->target_layer + window->face + i, err);
-        const struct gl_framebuffer *to = from ? shadow_store_face(&job->work, i, err) : NULL;
+            shadow_store_face(job->store, job->build->target_layer + window->face + i, false, err);
+        const struct gl_framebuffer *to =
+            from ? shadow_store_face(&job->work, i, false, err) : NULL;
         ok = to != NULL;
         glDisable(GL_SCISSOR_TEST);
         glDepthMask(GL_TRUE);

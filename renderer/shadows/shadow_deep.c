@@ -208,14 +208,24 @@ static bool check_longest(const struct deep_job *job, size_t slot, struct error 
                      job->slots[slot].build->light, job->statistics[slot].longest, most);
 }
 
+static bool reserve_events(const struct deep_job *job, struct error *err)
+{
+    uint64_t *counts = malloc((job->count + 1) * sizeof *counts);
+    if (!counts)
+        return error_set(err, ERROR_NO_MEMORY, "%zu shadow maps", job->count);
+    for (size_t i = 0; i < job->count; i++)
+        counts[i] = deep_statistics_total(&job->statistics[i]);
+    bool ok =
+        shadow_store_reserve(job->builder->store, SHADOW_POOL_EVENTS, counts, job->count, err);
+    free(counts);
+    return ok;
+}
+
 /* Room for the events that were counted, or guessed, and what is needed to sort them. */
 static bool take_events(const struct deep_job *job, struct error *err)
 {
     struct shadow_store *store = job->builder->store;
-    uint64_t all = 0;
-    for (size_t i = 0; i < job->count; i++)
-        all += deep_statistics_total(&job->statistics[i]);
-    if (!shadow_store_reserve(store, SHADOW_POOL_EVENTS, all, err))
+    if (!reserve_events(job, err))
         return false;
     for (size_t i = 0; i < job->count; i++) {
         const struct deep_statistics *s = &job->statistics[i];

@@ -55,9 +55,8 @@ MUST_CHECK bool shadow_depth_build(struct shadow_builder *builder, struct shadow
                                    const char *because, struct error *err);
 
 /* Keeps what they left in the target in the pool of depths: when all deep lists stand. */
-MUST_CHECK bool shadow_depth_keep(const struct shadow_builder *builder,
-                                  const struct shadow_build *builds, size_t count,
-                                  const char *because, struct error *err);
+MUST_CHECK bool shadow_depth_keep(const struct shadow_builder *builder, struct shadow_build *builds,
+                                  size_t count, const char *because, struct error *err);
 
 /* Builds the lists of all builds of deep lists, whose faces stand in store->target. Takes
  * their heads and events from the store. `because` names the requirement for the report. */

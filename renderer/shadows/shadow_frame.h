@@ -36,8 +36,8 @@ uint32_t shadow_frame_faces(const struct shadow_frame *frame, const struct state
 /* Rows (x, y, z) of face_from_light: looking along +z. Of 0, 1 and -1, so that it turns without
  * rounding. */
 void shadow_frame_face_turn(const struct shadow_frame *frame, uint32_t face, double rows[3][3]);
-/* Rows (x, y, z) of face_from_world about the origin. Outside of this module, the model of the
- * tests asks it. */
+/* Rows (x, y, z) of face_from_world about the origin. The model of the tests
+ * asks it, too. */
 void shadow_frame_face_axes(const struct shadow_frame *frame, uint32_t face, double axes[3][3]);
 
 #endif

@@ -40,9 +40,11 @@ struct content_key shadow_key_of_map(const struct shadow_map *map,
     add_doubles(&key, map->planes[0], 4 * (size_t)map->plane_count);
     for (size_t i = 0; i < casters->count; i++) {
         const struct state_item *item = &state->items[casters->items[i]];
-        if (item->class_ == STATE_TRANSPARENT && !map->method->structure->has_lists)
+        if (item->class_ == STATE_TRANSPARENT && !map->method->structure->filters)
             continue; /* a plain map does not show it */
         content_key_add_word(&key, item->shadow_hash);
+        if (map->method->structure->divide)
+            content_key_add_word(&key, item->node);
         content_key_add_word(&key, casters->faces[i] | (uint64_t)item->class_ << 32);
     }
     return key;

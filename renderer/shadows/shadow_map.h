@@ -35,7 +35,7 @@ struct shadow_map {
     struct shadow_frame frame;
     const struct shadow_method *method; /* of its technique */
     uint32_t flags;                     /* SHADOW_FLAG_* */
-    bool is_faithful;                   /* linked lists as published */
+    bool is_faithful;                   /* the structure as published */
     bool keeps_exact;                   /* deep lists that were to be compressed, and cannot be */
     int resolution;
     struct shadow_window window;
@@ -45,7 +45,7 @@ struct shadow_map {
     bool has_media;         /* SHADOW_FLAG_NODES: among its casters */
     uint64_t exact_events;  /* SHADOW_FLAG_NODES: of the lists that were compressed */
     uint32_t built_windows; /* SHADOW_FLAG_NODES: pieces it was built in */
-    struct shadow_range depths, heads, events, nodes;
+    struct shadow_range depths, heads, events, nodes, texels;
     double planes[VIEW_CLIP_PLANES_MAX][4]; /* world; those that run through some caster */
     uint32_t plane_count;
     double sigma[3]; /* SHADOW_FLAG_MEDIA: extinction where the light stands [1/m] */
@@ -56,6 +56,8 @@ struct shadow_map {
     uint64_t expected_nodes; /* of linked lists: those that a map of the same light had; 0: none */
     uint32_t lock_failures;  /* is_faithful: elements that found no lock; if any, the lists were
                                 made again without locks */
+    uint32_t layers;         /* of texels, one after the other in their pool; 0 means 1 */
+    uint32_t wanted_layers, crossed_meshes; /* of divided casters: shadow_partitions.h */
     uint64_t event_count, longest_list, occupied_texels; /* guessed: the room for them */
     uint64_t guess;      /* of deep lists: number of the guess while sizes are not known; else 0 */
     uint64_t last_frame; /* number of the last frame that used it */
@@ -70,6 +72,12 @@ static inline uint64_t shadow_map_texels(const struct shadow_map *map)
                                  : map->frame.face_count * side * side;
 }
 
+/* Elements of the pool of texels. */
+static inline uint64_t shadow_map_layered_texels(const struct shadow_map *map)
+{
+    return shadow_map_texels(map) * (map->layers ? map->layers : 1);
+}
+
 struct shadow_casters { /* what one light meets */
     uint32_t *items;    /* indices of state->items, in their order */
     uint8_t *faces;     /* per item: bit f for face f */
@@ -79,12 +87,15 @@ struct shadow_casters { /* what one light meets */
                                                    through casters of either kind */
     double farthest_m;                          /* no event of theirs is deeper */
     bool has_exclusions; /* a transparent caster's material is no_self_shadow or cast_once */
+    bool has_layers;     /* a ray may cross more than one transparent surface ... */
+    bool has_bodies;     /* ... of one mesh */
     bool has_media;      /* a transparent caster is a medium */
 };
 
 struct shadow_build { /* a map that must be built in this frame */
     struct shadow_map *map;
     struct shadow_casters casters;
+    uint32_t *partitions;            /* of each caster: shadow_partitions.h; NULL: undivided */
     uint32_t light;                  /* index of state->lights */
     uint32_t target_layer;           /* first of its faces in store->target */
     uint32_t slot;                   /* linked: of the light in the statistics */

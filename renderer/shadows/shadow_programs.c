@@ -82,6 +82,7 @@ void shadow_features_write(const struct shadow_features *features, char text[SHA
         [SHADOW_FEATURE_NODES] = " SHADOW_HAS_NODES",
         [SHADOW_FEATURE_SEARCHED] = "",
         [SHADOW_FEATURE_LONG] = " SHADOW_HAS_LONG",
+        [SHADOW_FEATURE_PARTITIONS] = " SHADOW_HAS_PARTITIONS",
     };
     size_t length = 0;
     text[0] = 0;

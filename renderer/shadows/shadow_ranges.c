@@ -121,3 +121,25 @@ bool shadow_ranges_grow(struct shadow_ranges *ranges, uint64_t capacity, struct 
     ranges->capacity = capacity;
     return shadow_ranges_free(ranges, &added, err);
 }
+
+bool shadow_ranges_capacity_for_all(const struct shadow_ranges *ranges, const uint64_t *counts,
+                                    size_t count, uint64_t *capacity, struct error *err)
+{
+    size_t bytes = (ranges->free_count + 1) * sizeof *ranges->free;
+    struct shadow_ranges trial = {.free = malloc(bytes),
+                                  .free_count = ranges->free_count,
+                                  .free_capacity = ranges->free_count + 1,
+                                  .capacity = ranges->capacity};
+    struct shadow_range taken;
+    bool ok = trial.free || error_set(err, ERROR_NO_MEMORY, "%zu bytes of free ranges", bytes);
+    if (ok && ranges->free_count)
+        memcpy(trial.free, ranges->free, ranges->free_count * sizeof *ranges->free);
+    for (size_t i = 0; ok && i < count; i++) {
+        uint64_t need = shadow_ranges_capacity_for(&trial, counts[i]);
+        ok = counts[i] == 0 || need == trial.capacity || shadow_ranges_grow(&trial, need, err);
+        ok = ok && shadow_ranges_take(&trial, counts[i], &taken);
+    }
+    *capacity = trial.capacity;
+    shadow_ranges_finish(&trial);
+    return ok;
+}

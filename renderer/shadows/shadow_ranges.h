@@ -29,6 +29,10 @@ MUST_CHECK bool shadow_ranges_free(struct shadow_ranges *ranges, struct shadow_r
                                    struct error *err);
 /* The capacity with which a range of count elements would fit. */
 uint64_t shadow_ranges_capacity_for(const struct shadow_ranges *ranges, uint64_t count);
+/* The capacity with which ranges of so many elements would fit that are taken in this order. */
+MUST_CHECK bool shadow_ranges_capacity_for_all(const struct shadow_ranges *ranges,
+                                               const uint64_t *counts, size_t count,
+                                               uint64_t *capacity, struct error *err);
 bool shadow_ranges_is_empty(const struct shadow_ranges *ranges); /* nothing is taken */
 /* Gives up the free elements behind the last one that is taken. */
 void shadow_ranges_trim(struct shadow_ranges *ranges);

@@ -28,12 +28,12 @@ static uint64_t event_bytes(uint32_t map_flags)
 static void report_bytes(const struct shadow_system *shadows, struct frame_report *report)
 {
     static const char *const names[] = {"shadow.depth", "shadow.heads", "shadow.deep.events",
-                                        "shadow.linked.nodes"};
+                                        "shadow.linked.nodes", "shadow.texels"};
     for (size_t i = 0; i < shadows->map_count; i++) {
         const struct shadow_map *map = shadows->maps[i];
         const uint64_t bytes[] = {4 * map->depths.count, 4 * map->heads.count,
                                   map->guess ? 0 : event_bytes(map->flags) * map->events.count,
-                                  16 * map->nodes.count};
+                                  16 * map->nodes.count, 16 * map->texels.count};
         for (int kind = 0; kind < SHADOW_POOL_COUNT; kind++)
             if (map->last_frame == shadows->frame && bytes[kind])
                 report_add_bytes(report, names[kind], bytes[kind]);

@@ -21,6 +21,7 @@ static const struct stream_kind stream_kinds[SHADOW_POOL_COUNT][SHADOW_STREAMS_M
      {"shadow.deep.objects", GL_R32UI, 4, 0},
      {"shadow.deep.media", GL_RGBA32UI, 16, 0}},
     {{"shadow.linked.nodes", GL_RGBA32UI, 16, 0}},
+    {{"shadow.texels", GL_RGBA32F, 16, 0}},
 };
 
 static bool has_stream(const struct shadow_store *store, enum shadow_pool_kind kind, int stream)
@@ -58,13 +59,26 @@ static void finish_pool(struct shadow_pool *pool)
     shadow_ranges_finish(&pool->ranges);
 }
 
+static void finish_framebuffers(struct shadow_store *store, bool has_colors)
+{
+    struct shadow_framebuffers *framebuffers = &store->framebuffers[has_colors];
+    for (int i = 0; framebuffers->faces && i < store->target.layers; i++)
+        gl_framebuffer_finish(&framebuffers->faces[i]);
+    free(framebuffers->faces);
+    framebuffers->faces = NULL;
+    gl_framebuffer_finish(&framebuffers->layers);
+}
+
+static void finish_colors(struct shadow_store *store)
+{
+    finish_framebuffers(store, true);
+    gl_texture_finish(&store->colors);
+}
+
 static void finish_target(struct shadow_store *store)
 {
-    for (int i = 0; store->faces && i < store->target.layers; i++)
-        gl_framebuffer_finish(&store->faces[i]);
-    free(store->faces);
-    store->faces = NULL;
-    gl_framebuffer_finish(&store->layers);
+    finish_colors(store);
+    finish_framebuffers(store, false);
     gl_texture_finish(&store->target);
 }
 
@@ -83,7 +97,7 @@ uint64_t shadow_store_size_bytes(const struct shadow_store *store)
     for (int kind = 0; kind < SHADOW_POOL_COUNT; kind++)
         for (int i = 0; i < SHADOW_STREAMS_MAX; i++)
             bytes += store->pools[kind].streams[i].size_bytes;
-    return bytes + store->target.size_bytes;
+    return bytes + store->target.size_bytes + store->colors.size_bytes;
 }
 
 /* To be called before so many bytes more are allocated. */
@@ -197,15 +211,26 @@ static bool grow_pool(struct shadow_store *store, enum shadow_pool_kind kind, ui
            shadow_ranges_grow(&pool->ranges, capacity, err);
 }
 
-bool shadow_store_reserve(struct shadow_store *store, enum shadow_pool_kind kind, uint64_t count,
-                          struct error *err)
+bool shadow_store_reserve(struct shadow_store *store, enum shadow_pool_kind kind,
+                          const uint64_t *counts, size_t count, struct error *err)
 {
-    uint64_t capacity = store->pools[kind].ranges.capacity;
-    if (!shadow_ranges_is_empty(&store->pools[kind].ranges) || count <= capacity ||
-        count > most_elements(store) ||
-        !fits(store, pool_bytes(store, kind, count) - pool_bytes(store, kind, capacity)))
-        return true;
-    return grow_pool(store, kind, count, err);
+    const struct shadow_ranges *ranges = &store->pools[kind].ranges;
+    for (;;) {
+        uint64_t need;
+        if (!shadow_ranges_capacity_for_all(ranges, counts, count, &need, err))
+            return false;
+        if (need <= ranges->capacity)
+            return true;
+        if (drop_stale(store))
+            continue;
+        uint64_t wanted = choose_capacity(store, kind, need);
+        if (need <= most_elements(store) &&
+            fits(store,
+                 pool_bytes(store, kind, wanted) - pool_bytes(store, kind, ranges->capacity)))
+            return grow_pool(store, kind, wanted, err);
+        if (!make_room(store))
+            return true; /* taking them says what is missing */
+    }
 }
 
 /* Gives the end of a pool back, that nobody has. */
@@ -299,10 +324,10 @@ bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind, u
 }
 
 bool shadow_store_check_frame(const struct shadow_store *store, uint64_t depths, uint64_t heads,
-                              struct error *err)
+                              uint64_t texels, struct error *err)
 {
-    uint64_t most = most_elements(store), bytes = 4 * (depths + heads);
-    if (depths > most || heads > most)
+    uint64_t most = most_elements(store), bytes = 4 * (depths + heads) + 16 * texels;
+    if (depths > most || heads > most || texels > most)
         return error_set(err, ERROR_OVER_BUDGET,
                          "shadow maps of %llu texels are asked for, this device reads %llu: lower "
                          "quality.shadow_resolution",
@@ -341,33 +366,57 @@ bool shadow_store_reserve_target(struct shadow_store *store, int resolution, uin
                            err);
 }
 
-const struct gl_framebuffer *shadow_store_layers(struct shadow_store *store, struct error *err)
+bool shadow_store_reserve_colors(struct shadow_store *store, struct error *err)
 {
-    const struct gl_framebuffer_desc desc = {
-        .label = "shadow.faces", .depth = &store->target, .is_layered = true};
-    return store->layers.name || gl_framebuffer_init(&store->layers, &desc, err) ? &store->layers
-                                                                                 : NULL;
+    const struct gl_texture *target = &store->target;
+    uint64_t side = (uint64_t)target->width, bytes = 16 * (uint64_t)target->layers * side * side;
+    if (store->colors.name)
+        return true;
+    if (!find_room(store, bytes, "shadow.colors", err))
+        return false;
+    reserve(store, bytes);
+    return gl_texture_init(&store->colors,
+                           &(struct gl_texture_desc){.label = "shadow.colors",
+                                                     .format = GL_RGBA32F,
+                                                     .width = target->width,
+                                                     .height = target->height,
+                                                     .layers = target->layers},
+                           err);
+}
+
+const struct gl_framebuffer *shadow_store_layers(struct shadow_store *store, bool has_colors,
+                                                 struct error *err)
+{
+    struct gl_framebuffer *layers = &store->framebuffers[has_colors].layers;
+    const struct gl_framebuffer_desc desc = {.label = "shadow.faces",
+                                             .colors = {has_colors ? &store->colors : NULL},
+                                             .depth = &store->target,
+                                             .is_layered = true};
+    return layers->name || gl_framebuffer_init(layers, &desc, err) ? layers : NULL;
 }
 
 const struct gl_framebuffer *shadow_store_face(struct shadow_store *store, uint32_t layer,
-                                               struct error *err)
+                                               bool has_colors, struct error *err)
 {
-    const struct gl_framebuffer_desc desc = {
-        .label = "shadow.face", .depth = &store->target, .depth_layer = (int)layer};
+    struct shadow_framebuffers *framebuffers = &store->framebuffers[has_colors];
+    const struct gl_framebuffer_desc desc = {.label = "shadow.face",
+                                             .colors = {has_colors ? &store->colors : NULL},
+                                             .depth = &store->target,
+                                             .layer = (int)layer};
     assert((int)layer < store->target.layers);
-    if (!store->faces)
-        store->faces = calloc((size_t)store->target.layers, sizeof *store->faces);
-    if (!store->faces) {
+    if (!framebuffers->faces)
+        framebuffers->faces = calloc((size_t)store->target.layers, sizeof *framebuffers->faces);
+    if (!framebuffers->faces) {
         error_set(err, ERROR_NO_MEMORY, "%d framebuffers", store->target.layers);
         return NULL;
     }
-    struct gl_framebuffer *face = &store->faces[layer];
+    struct gl_framebuffer *face = &framebuffers->faces[layer];
     return face->name || gl_framebuffer_init(face, &desc, err) ? face : NULL;
 }
 
 void shadow_store_trim_target(struct shadow_store *store)
 {
-    if (store->target.size_bytes > SHADOW_TARGET_KEPT_BYTES)
+    if (store->target.size_bytes + store->colors.size_bytes > SHADOW_TARGET_KEPT_BYTES)
         finish_target(store);
 }
 

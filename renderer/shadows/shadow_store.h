@@ -15,6 +15,7 @@ enum shadow_pool_kind {
     SHADOW_POOL_EVENTS, /* depth and transmittance of each event, the index of its list, and, where
                            kept, its object, and the extinction behind it */
     SHADOW_POOL_NODES,  /* 16-byte elements of linked lists */
+    SHADOW_POOL_TEXELS, /* four floats per texel, by techniques without lists: shadow_texels.h */
     SHADOW_POOL_COUNT
 };
 
@@ -35,6 +36,11 @@ struct shadow_pool {
     struct gl_texture views[SHADOW_STREAMS_MAX]; /* the streams as texels, for reading */
 };
 
+struct shadow_framebuffers {      /* made when they are first asked for */
+    struct gl_framebuffer layers; /* of all layers, ... */
+    struct gl_framebuffer *faces; /* ... and one of each */
+};
+
 struct shadow_store {
     const struct gl_limits *limits;
     uint64_t budget_bytes;
@@ -42,8 +48,8 @@ struct shadow_store {
     bool keeps_objects, keeps_media; /* SHADOW_STREAM_OBJECT, SHADOW_STREAM_MEDIUM exist */
     struct shadow_pool pools[SHADOW_POOL_COUNT];
     struct gl_texture target; /* D32F layers that faces are drawn into, for the length of a build */
-    struct gl_framebuffer layers; /* of all its layers ... */
-    struct gl_framebuffer *faces; /* ... and one of each: made when they are first asked for */
+    struct gl_texture colors; /* RGBA32F, as many layers: where a structure has texels */
+    struct shadow_framebuffers framebuffers[2]; /* of the target; 1: with its colours */
     /* Frees the map used longest ago, at least so many frames; false when there is none. */
     bool (*make_room)(void *context, uint64_t frames);
     void *context;
@@ -62,26 +68,30 @@ uint64_t shadow_store_size_bytes(const struct shadow_store *store);
  * the device reads from one pool. */
 MUST_CHECK bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind,
                                   uint64_t count, struct shadow_range *range, struct error *err);
-/* Makes an empty pool large enough for so many elements at once, where the budget allows it, so
- * that taking them one after the other copies nothing. */
+/* Makes a pool large enough for ranges of so many elements, where the budget allows it, as taking
+ * them does: growing at most once, so that what stands is copied once and not for every range. */
 MUST_CHECK bool shadow_store_reserve(struct shadow_store *store, enum shadow_pool_kind kind,
-                                     uint64_t count, struct error *err);
+                                     const uint64_t *counts, size_t count, struct error *err);
 /* Gives back to the device what pools hold for nobody: all of an empty one, and the end of one that
  * is half empty there. */
 MUST_CHECK bool shadow_store_trim(struct shadow_store *store, struct error *err);
-/* Whether depths and list heads of so many texels can be resident at once at all: asked before
+/* Whether depths, list heads and texels of so many can be resident at once at all: asked before
  * anything is built. ERROR_OVER_BUDGET as above. */
 MUST_CHECK bool shadow_store_check_frame(const struct shadow_store *store, uint64_t depths,
-                                         uint64_t heads, struct error *err);
+                                         uint64_t heads, uint64_t texels, struct error *err);
 MUST_CHECK bool shadow_store_free(struct shadow_store *store, enum shadow_pool_kind kind,
                                   struct shadow_range *range, struct error *err);
 /* Makes store->target at least so many layers of this resolution; its contents are lost. */
 MUST_CHECK bool shadow_store_reserve_target(struct shadow_store *store, int resolution,
                                             uint64_t layers, struct error *err);
-/* Framebuffers of the target: of all layers at once, and of one. They last as long as it does. */
-const struct gl_framebuffer *shadow_store_layers(struct shadow_store *store, struct error *err);
+/* Makes store->colors beside the target, which stands. */
+MUST_CHECK bool shadow_store_reserve_colors(struct shadow_store *store, struct error *err);
+/* Framebuffers of the target: of all layers at once, and of one. They last as long as it does.
+ * has_colors: and of store->colors, which stand. */
+const struct gl_framebuffer *shadow_store_layers(struct shadow_store *store, bool has_colors,
+                                                 struct error *err);
 const struct gl_framebuffer *shadow_store_face(struct shadow_store *store, uint32_t layer,
-                                               struct error *err);
+                                               bool has_colors, struct error *err);
 /* Frees a target that is too large to keep for the next edit, or any. */
 void shadow_store_trim_target(struct shadow_store *store);
 void shadow_store_drop_target(struct shadow_store *store);

@@ -456,6 +456,19 @@ bool traced_shadows_see(struct traced_shadows *traced, struct error *err)
     return true;
 }
 
+bool traced_shadows_light_haze(struct traced_shadows *traced, const struct window_frame *frame,
+                               struct raytrace_shadow_haze *haze, struct error *err)
+{
+    uint64_t bytes =
+        atmosphere_columns(haze->size) * (uint64_t)haze->size->slices * ATMOSPHERE_SLICE_BYTES;
+    if (!raytrace_shadows_light_haze(traced->rays, haze, &traced->stats, err))
+        return false;
+    gl_buffer_write(&frame->targets->atmosphere, 0, bytes, haze->lights);
+    free(haze->lights);
+    haze->lights = NULL;
+    return true;
+}
+
 void traced_shadows_bind_visibility(const struct traced_shadows *traced,
                                     const struct gl_program *program)
 {

@@ -77,6 +77,12 @@ MUST_CHECK bool traced_shadows_trace(struct traced_shadows *traced, const struct
  * last, and uploads it. */
 MUST_CHECK bool traced_shadows_see(struct traced_shadows *traced, struct error *err);
 
+/* Lights the slices of the haze's grid over a window with the shadows of all lights, into
+ * frame->targets->atmosphere, which has room. */
+MUST_CHECK bool traced_shadows_light_haze(struct traced_shadows *traced,
+                                          const struct window_frame *frame,
+                                          struct raytrace_shadow_haze *haze, struct error *err);
+
 /* The programs that collect points; of frame what geometry_list_transparent needs. layers: the kind
  * of the transparent surfaces in view; NULL: there are none. Thread: any. */
 void traced_shadows_list_programs(const struct window_frame *frame,

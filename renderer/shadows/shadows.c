@@ -111,10 +111,17 @@ struct shadow_system *shadow_system_create(const struct shadow_system_desc *desc
     return shadows;
 }
 
+static void finish_build(struct shadow_build *build)
+{
+    shadow_casters_finish(&build->casters);
+    free(build->partitions);
+    build->partitions = NULL;
+}
+
 static void finish_builds(struct shadow_system *shadows)
 {
     for (size_t i = 0; i < shadows->build_count; i++)
-        shadow_casters_finish(&shadows->builds[i].casters);
+        finish_build(&shadows->builds[i]);
     shadows->build_count = 0;
 }
 
@@ -226,6 +233,14 @@ static bool add_build(struct shadow_system *shadows, struct shadow_map *map, uin
     return true;
 }
 
+static bool divide_last(struct shadow_system *shadows, const struct scene_state *state,
+                        struct error *err)
+{
+    struct shadow_build *build = &shadows->builds[shadows->build_count - 1];
+    const struct shadow_structure *structure = build->map->method->structure;
+    return !structure->divide || structure->divide(build, state, err);
+}
+
 /* One whose sizes are not known will do where they come with the picture; else they are read. One
  * that has no room for them is none. */
 static struct shadow_map *find_standing(struct shadow_system *shadows, struct content_key key,
@@ -266,6 +281,8 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
             drop_map(shadows, shadows->map_count - 1);
             return false;
         }
+        if (!divide_last(shadows, state, err))
+            return false;
     }
     standing->last_frame = shadows->frame;
     standing->keeps_exact = map.keeps_exact;
@@ -278,16 +295,27 @@ struct build_batch { /* builds whose faces share the target */
     size_t count;
 };
 
+/* Whether the target has colours, too. */
+static bool has_texels(const struct shadow_system *shadows)
+{
+    bool has_any = false;
+    for (size_t i = 0; i < shadows->build_count; i++)
+        has_any |= shadows->builds[i].map->method->structure->has_texels;
+    return has_any;
+}
+
 /* Layers that the target may have for several builds. A device that has its memory on our own cores
  * pays for each page of it, and gains nothing by many builds at once: there it is small enough to
  * be kept. */
 static uint64_t most_layers(const struct shadow_system *shadows)
 {
+    uint64_t texel_bytes = has_texels(shadows) ? 20 : 4; /* of the target */
     const struct gl_limits *limits = shadows->store.limits;
     uint64_t most_bytes = limits->is_software ? SHADOW_TARGET_KEPT_BYTES : 256ull << 20;
     if (most_bytes > shadows->store.budget_bytes / 4)
         most_bytes = shadows->store.budget_bytes / 4;
-    uint64_t face_bytes = 4ull * (uint64_t)shadows->resolution * (uint64_t)shadows->resolution;
+    uint64_t face_bytes =
+        texel_bytes * (uint64_t)shadows->resolution * (uint64_t)shadows->resolution;
     uint64_t most = most_bytes / face_bytes;
     return most > (uint64_t)limits->max_texture_layers ? (uint64_t)limits->max_texture_layers
                                                        : most;
@@ -313,19 +341,34 @@ static struct build_batch next_batch(const struct shadow_system *shadows, size_t
     return batch;
 }
 
+/* What a map takes of a pool for certain. */
+static uint64_t known_elements(const struct shadow_map *map, enum shadow_pool_kind kind)
+{
+    const struct shadow_structure *structure = map->method->structure;
+    if (map->flags & SHADOW_FLAG_NODES)
+        return 0;
+    if (kind == SHADOW_POOL_TEXELS)
+        return structure->has_texels ? shadow_map_layered_texels(map) : 0;
+    if (kind == SHADOW_POOL_HEADS)
+        return structure->has_lists ? shadow_map_texels(map) + 1 : 0;
+    return kind == SHADOW_POOL_DEPTHS ? shadow_map_texels(map) : 0;
+}
+
 /* What all builds take for certain comes in one piece. */
 static bool reserve_pools(struct shadow_system *shadows, struct error *err)
 {
-    uint64_t depths = 0, heads = 0;
-    for (size_t i = 0; i < shadows->build_count; i++) {
-        const struct shadow_map *map = shadows->builds[i].map;
-        if (map->flags & SHADOW_FLAG_NODES)
-            continue;
-        depths += shadow_map_texels(map);
-        heads += map->method->structure->has_lists ? shadow_map_texels(map) + 1 : 0;
+    static const enum shadow_pool_kind kinds[] = {SHADOW_POOL_DEPTHS, SHADOW_POOL_HEADS,
+                                                  SHADOW_POOL_TEXELS};
+    size_t count = shadows->build_count;
+    uint64_t *counts = malloc((count + 1) * sizeof *counts);
+    bool ok = counts || error_set(err, ERROR_NO_MEMORY, "%zu shadow maps", count);
+    for (size_t k = 0; ok && count && k < sizeof kinds / sizeof *kinds; k++) {
+        for (size_t i = 0; i < count; i++)
+            counts[i] = known_elements(shadows->builds[i].map, kinds[k]);
+        ok = shadow_store_reserve(&shadows->store, kinds[k], counts, count, err);
     }
-    return shadow_store_reserve(&shadows->store, SHADOW_POOL_DEPTHS, depths, err) &&
-           shadow_store_reserve(&shadows->store, SHADOW_POOL_HEADS, heads, err);
+    free(counts);
+    return ok;
 }
 
 /* Of the structures that need the opaque depths in the target, or do not any more. */
@@ -333,11 +376,12 @@ static bool build_lists(struct shadow_builder *builder, const struct build_batch
                         bool follows_depths, const struct shadow_scene *scene, const char *because,
                         struct error *err)
 {
-    const struct shadow_structure *structure;
+    struct shadow_building building = {
+        .builds = batch->builds, .count = batch->count, .scene = scene, .because = because};
     bool ok = true;
-    for (size_t i = 0; ok && (structure = shadow_structure_at(i)); i++)
-        if (structure->build && structure->follows_depths == follows_depths)
-            ok = structure->build(builder, batch->builds, batch->count, scene, because, err);
+    for (size_t i = 0; ok && (building.structure = shadow_structure_at(i)); i++)
+        if (building.structure->build && building.structure->follows_depths == follows_depths)
+            ok = building.structure->build(builder, &building, err);
     return ok;
 }
 
@@ -364,7 +408,7 @@ static size_t count_structures(const struct shadow_system *shadows)
 }
 
 /* Of the largest batch there may be, so that smaller ones before it leave no target behind that is
- * too small. */
+ * too small; before pools grow, which take what the budget leaves. */
 static bool reserve_target(struct shadow_system *shadows, struct error *err)
 {
     uint64_t all = 0, largest = most_layers(shadows);
@@ -376,7 +420,8 @@ static bool reserve_target(struct shadow_system *shadows, struct error *err)
     }
     uint64_t layers = all < largest ? all : largest;
     return !layers ||
-           shadow_store_reserve_target(&shadows->store, shadows->resolution, layers, err);
+           (shadow_store_reserve_target(&shadows->store, shadows->resolution, layers, err) &&
+            (!has_texels(shadows) || shadow_store_reserve_colors(&shadows->store, err)));
 }
 
 static uint64_t first_slice(const struct shadow_prepare_desc *desc)
@@ -424,7 +469,7 @@ static bool build_all(struct shadow_system *shadows, const struct shadow_prepare
     struct time_slice_clock clock = {.timeline = shadows->timeline,
                                      .is_software = shadows->store.limits->is_software};
     size_t first = 0;
-    bool ok = shadows->is_frugal || (reserve_pools(shadows, err) && reserve_target(shadows, err));
+    bool ok = shadows->is_frugal || (reserve_target(shadows, err) && reserve_pools(shadows, err));
     bool is_over = false;
     find_reasons(shadows, desc, opaque, transparent);
     while (ok && !is_over && time_slices_next(&slices)) {
@@ -466,14 +511,15 @@ static struct content_key key_of_all(const struct shadow_system *shadows)
 /* What this frame's maps take for certain, before the first of them is built. */
 static bool check_size(const struct shadow_system *shadows, struct error *err)
 {
-    uint64_t depths = 0, heads = 0;
+    uint64_t depths = 0, heads = 0, colors = 0;
     for (size_t i = 0; i < shadows->map_count; i++) {
         const struct shadow_map *map = shadows->maps[i];
         uint64_t texels = map->last_frame == shadows->frame ? shadow_map_texels(map) : 0;
         depths += texels;
         heads += map->method->structure->has_lists ? texels : 0;
+        colors += texels && map->method->structure->has_texels ? shadow_map_layered_texels(map) : 0;
     }
-    return shadow_store_check_frame(&shadows->store, depths, heads, err);
+    return shadow_store_check_frame(&shadows->store, depths, heads, colors, err);
 }
 
 /* Exact lists of these very maps exceeded the budget before: not once more in every frame. */
@@ -504,7 +550,7 @@ static void drop_builds_from(struct shadow_system *shadows, size_t first)
 {
     for (size_t b = first; b < shadows->build_count; b++) {
         drop_map_itself(shadows, shadows->builds[b].map);
-        shadow_casters_finish(&shadows->builds[b].casters);
+        finish_build(&shadows->builds[b]);
     }
     shadows->build_count = first;
     shadows->light_count = 0;
@@ -583,7 +629,7 @@ static bool prepare_turn(struct shadow_system *shadows, const struct shadow_prep
     struct shadow_needs own = {0};
     shadows->frame++;
     shadows->resolution = shadow_resolution(desc->quality, shadows->store.limits);
-    shadows->taps = quality_or(desc->quality->shadow_taps, SHADOW_TAPS_DEFAULT);
+    shadows->taps = shadow_technique_taps(desc->quality->shadows, desc->quality->shadow_taps);
     const struct shadow_needs_desc needs_desc = {
         .state = desc->state, .quality = desc->quality, .resolution = shadows->resolution};
     if (!desc->needs && !shadow_needs_init(&own, &needs_desc, err))

@@ -15,8 +15,6 @@ struct shadow_builder;
 struct shadow_features;
 struct shadow_record;
 
-/* A technique that rebuilds its structure between the layers that it composites gets a scope of its
- * own here. */
 enum shadow_scope {
     SHADOW_PER_LIGHT,  /* a structure in the space of the light, kept between frames */
     SHADOW_PER_WINDOW, /* the light that arrives at each point of a window, after its light lists */
@@ -35,6 +33,7 @@ struct shadow_pass {
     bool is_of_windows;              /* SHADOW_PER_WINDOW: once a window; else once a frame */
     bool is_conditional;             /* left out where the pass that counts finds nothing */
     bool is_of_nodes;                /* only where lists are compressed: SHADOW_FLAG_NODES */
+    enum caster_pass casters[2];     /* of shadow_texels.h: how they are drawn; 1: if faithful */
     /* SHADOW_PER_LIGHT: adds the programs of the pass. */
     void (*list_programs)(const struct shadow_pass *pass, const struct shadow_listing *listing,
                           struct program_list *list);
@@ -47,6 +46,14 @@ struct shadow_trial {
     struct view_quality quality; /* the resolution is the self-test's own */
 };
 
+struct shadow_building { /* what the lists of a batch of lights are made of; all required */
+    const struct shadow_structure *structure; /* whose maps are built */
+    struct shadow_build *builds;
+    size_t count;
+    const struct shadow_scene *scene;
+    const char *because;
+};
+
 /* How shadows are found and what keeps them. Techniques that differ in their queries alone share
  * one. */
 struct shadow_structure {
@@ -54,6 +61,7 @@ struct shadow_structure {
     const struct shadow_pass *passes; /* in the order of execution, after shadow_depth_pass */
     /* One at least; a frame needs the one that is as `faithful`, or else the first. */
     const struct shadow_trial *trials;
+    double noise; /* that pixels of its trials may be off by, relative; 0: of none */
     /* Adds what the shadows of a frame take, beside its surfaces. Thread: any. */
     void (*forecast)(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
     /* The error of shadows (forecast.h); NULL: none, so that edges alone are off. Thread: any. */
@@ -61,7 +69,9 @@ struct shadow_structure {
 
     /* The rest is of SHADOW_PER_LIGHT; functions are optional. */
     uint64_t texel_bytes; /* least memory of a texel, known before the structure is built */
-    bool has_lists;       /* transparent casters are in the structure, in a list of each texel */
+    bool filters;         /* transparent casters are in the structure ... */
+    bool has_lists;       /* ... in a list of each texel, */
+    bool has_texels;      /* or in four floats of each: shadow_texels.h */
     bool has_nodes;       /* the lists are in the pool of nodes; else in that of events */
     bool is_walked;       /* a query visits every element before the receiver */
     bool follows_depths;  /* built after the opaque depths have left the target */
@@ -73,9 +83,12 @@ struct shadow_structure {
                      const struct view_quality *quality, double allowed_error);
     /* Adds what a query of the map needs of its program. */
     void (*add_features)(struct shadow_features *features, const struct shadow_map *map);
+    /* Divides the casters of the build, and says how many layers its map has, before memory is
+     * taken for any. */
+    bool (*divide)(struct shadow_build *build, const struct scene_state *state, struct error *err);
     /* Builds the maps of this structure among the builds and passes over the others. Thread: GL. */
-    bool (*build)(struct shadow_builder *builder, struct shadow_build *builds, size_t count,
-                  const struct shadow_scene *scene, const char *because, struct error *err);
+    bool (*build)(struct shadow_builder *builder, const struct shadow_building *building,
+                  struct error *err);
     /* Fills what queries read of the lists; the rest of the record stands. */
     void (*record)(const struct shadow_map *map, struct shadow_record *record);
     /* Binds what queries read of the lists. Thread: GL. */
@@ -91,7 +104,7 @@ struct shadow_method {
     enum shadow_technique id;                 /* the row */
     const struct shadow_structure *structure; /* required */
     const char *reused; /* SHADOW_PER_LIGHT: the report's name for structures that stood already */
-    /* Of structures with lists: NAME of shaders/shadows/shadow_lookup_NAME.glsl, which looks them
+    /* Of structures that filter: NAME of shaders/shadows/shadow_lookup_NAME.glsl, which looks them
      * up. */
     const char *lookup;
     /* The technique of lights that this one does not want; NULL: they shine without a shadow. */
@@ -101,7 +114,8 @@ struct shadow_method {
 };
 
 extern const struct shadow_structure shadow_structure_map, shadow_structure_deep,
-    shadow_structure_linked, shadow_structure_rays;
+    shadow_structure_linked, shadow_structure_rays, shadow_structure_translucent,
+    shadow_structure_stochastic, shadow_structure_colored, shadow_structure_composited;
 extern const struct shadow_method shadow_method_map, shadow_method_deep;
 
 /* Opaque casters, drawn for the structure of every light. */

@@ -40,11 +40,11 @@ static void add_features(struct shadow_features *features, const struct shadow_m
 }
 
 /* Compressed lists are read before the exact ones of the next light take their memory. */
-static bool build(struct shadow_builder *builder, struct shadow_build *builds, size_t count,
-                  const struct shadow_scene *scene, const char *because, struct error *err)
+static bool build(struct shadow_builder *builder, const struct shadow_building *b,
+                  struct error *err)
 {
-    return shadow_deep_build(builder, builds, count, scene, because, err) &&
-           shadow_compress_build(builder, builds, count, scene, because, err);
+    return shadow_deep_build(builder, b->builds, b->count, b->scene, b->because, err) &&
+           shadow_compress_build(builder, b->builds, b->count, b->scene, b->because, err);
 }
 
 /* ---- programs ---- */
@@ -191,6 +191,7 @@ const struct shadow_structure shadow_structure_deep = {.scope = SHADOW_PER_LIGHT
                                                        .forecast = forecast_add_maps,
                                                        .forecast_error = forecast_maps_error,
                                                        .texel_bytes = 8, /* depth and head */
+                                                       .filters = true,
                                                        .has_lists = true,
                                                        .describe = describe,
                                                        .add_features = add_features,

@@ -53,6 +53,12 @@ static const struct shadow_pass passes[] = {
     {.name = NULL},
 };
 
+static bool build(struct shadow_builder *builder, const struct shadow_building *b,
+                  struct error *err)
+{
+    return shadow_linked_build(builder, b->builds, b->count, b->scene, b->because, err);
+}
+
 /* ---- what shading and reports know of the lists ---- */
 
 static bool is_exact(const struct view_quality *quality)
@@ -107,6 +113,7 @@ const struct shadow_structure shadow_structure_linked = {.scope = SHADOW_PER_LIG
                                                          .forecast = forecast_add_maps,
                                                          .forecast_error = forecast_maps_error,
                                                          .texel_bytes = 8, /* depth and head */
+                                                         .filters = true,
                                                          .has_lists = true,
                                                          .has_nodes = true,
                                                          .is_walked = true,
@@ -114,7 +121,7 @@ const struct shadow_structure shadow_structure_linked = {.scope = SHADOW_PER_LIG
                                                          .is_exact = is_exact,
                                                          .describe = describe,
                                                          .add_features = add_features,
-                                                         .build = shadow_linked_build,
+                                                         .build = build,
                                                          .record = fill_record,
                                                          .bind = bind,
                                                          .report = report,

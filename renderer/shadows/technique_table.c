@@ -14,7 +14,11 @@ const struct shadow_pass shadow_depth_pass = {
     .name = "shadow.depth", .technique = SHADOWS_MAP, .list_programs = list_depth};
 
 /* Each technique that has functions, by the end of their names. */
-#define SHADOW_METHODS(METHOD) METHOD(map) METHOD(deep) METHOD(linked) METHOD(rays)
+#define SHADOW_METHODS(METHOD) \
+    METHOD(map)                \
+    METHOD(deep)               \
+    METHOD(linked)             \
+    METHOD(rays) METHOD(translucent) METHOD(stochastic) METHOD(colored) METHOD(composited)
 
 #define DECLARE(name) extern const struct shadow_method shadow_method_##name;
 SHADOW_METHODS(DECLARE)
@@ -27,8 +31,9 @@ static const struct shadow_method *const methods[] = {SHADOW_METHODS(ADDRESS)};
 const struct shadow_structure *shadow_structure_at(size_t index)
 {
     static const struct shadow_structure *const structures[] = {
-        &shadow_structure_map, &shadow_structure_deep, &shadow_structure_linked,
-        &shadow_structure_rays};
+        &shadow_structure_map,     &shadow_structure_deep,        &shadow_structure_linked,
+        &shadow_structure_rays,    &shadow_structure_translucent, &shadow_structure_stochastic,
+        &shadow_structure_colored, &shadow_structure_composited};
     return index < sizeof structures / sizeof *structures ? structures[index] : NULL;
 }
 

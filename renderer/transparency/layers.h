@@ -22,7 +22,18 @@ struct pixel_lists {
     struct gl_buffer colors;                      /* filled by shading: two vec4 per entry */
     uint64_t pixel_count;                         /* of the window */
     uint64_t list_bytes;  /* that the lists take; the buffers may be larger */
+    uint64_t entry_count; /* that there is to be room for */
+    bool has_two_halves;  /* the keys */
     uint64_t keys_offset; /* of the sorted half, in entries */
+};
+
+/* Those of the method that peels layers, which keeps one entry for each pixel
+ * (renderer/transparency/method_depth_peeling.c). */
+struct peeled_layers {
+    struct gl_buffer state; /* four u32 per pixel: shaders/transparency/peeled_state.glsl */
+    struct gl_buffer sums;  /* three vec4 per sample: shaders/transparency/peeled_sums.glsl */
+    uint64_t bytes;         /* that the window takes in all */
+    uint64_t dropped;       /* layers of the window that are beyond the most that is peeled */
 };
 
 enum layers_outcome { LAYERS_FAILED, LAYERS_FOUND, LAYERS_TOO_MANY };
@@ -37,7 +48,8 @@ struct layers { /* zeroed = no method, and no surface */
     uint64_t missing_bytes; /* that the last surfaces would have taken, where those were too few */
     uint32_t lobes;         /* of the items: shader_needs_lobes */
     bool has_media, may_surround; /* of the items: struct geometry_items */
-    struct pixel_lists lists;     /* of methods that keep lists */
+    struct pixel_lists lists;     /* of methods that keep lists, or count layers */
+    struct peeled_layers peeled;  /* of the one that peels */
 };
 
 /* Layers of this method from now on: those of another are dropped, with their memory. False: they

@@ -27,6 +27,8 @@ struct transparency_method {
     /* The source that composites what is lit over the opaque picture: LAYERS of
      * shaders/shading/shade_pixels.comp.glsl. */
     const char *compositing;
+    /* What the picture approximates, for a warning; NULL: nothing. */
+    const char *approximates;
     /* Adds the programs that finding these items takes, and may take; of frame what
      * geometry_list_transparent needs. Thread: any. */
     void (*list_programs)(const struct window_frame *frame, const struct geometry_items *items,
@@ -51,9 +53,10 @@ struct transparency_method {
      * and may draw and composite between one and the next. The lighter returns when the set is lit
      * by all lights at hand, so this is called once a window. It is called again where the lights
      * come in parts: for each batch of them, and where rays find the shadows, for each chunk. The
-     * light of a surface then goes on with that of the part before. */
+     * light of a surface then goes on with that of the part before. Items: those of `find`. */
     bool (*light)(struct layers *layers, const struct window_frame *frame,
-                  const struct surface_lighter *lighter, struct error *err);
+                  const struct geometry_items *items, const struct surface_lighter *lighter,
+                  struct error *err);
     /* How many sets that will be, for the progress: about. */
     int (*count_sets)(const struct layers *layers);
     /* For programs that read the surfaces: bindings and uniforms; NULL: none is in use. */
@@ -70,6 +73,8 @@ struct transparency_method {
 };
 
 extern const struct transparency_method transparency_method_lists;
+extern const struct transparency_method transparency_method_weighted_blended;
+extern const struct transparency_method transparency_method_depth_peeling;
 
 const struct transparency_method *transparency_method_of(enum transparency transparency);
 /* What of this, a set of enum transparency_can, the method cannot. */

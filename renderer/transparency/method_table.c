@@ -9,6 +9,8 @@ const struct transparency_method *transparency_method_of(enum transparency trans
     static const struct transparency_method *const methods[TRANSPARENCIES_COUNT] = {
         [TRANSPARENCY_AUTO] = &transparency_method_lists,
         [TRANSPARENCY_LISTS] = &transparency_method_lists,
+        [TRANSPARENCY_WEIGHTED_BLENDED] = &transparency_method_weighted_blended,
+        [TRANSPARENCY_DEPTH_PEELING] = &transparency_method_depth_peeling,
     };
     assert((int)transparency >= 0 && transparency < TRANSPARENCIES_COUNT);
     return methods[transparency];

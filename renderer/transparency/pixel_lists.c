@@ -36,20 +36,21 @@ static const char sort_file[] = "lists_sort.comp.glsl";
 static const char *const scan_passes[] = {"PASS=0", "PASS=1", "PASS=2"};
 /* Runs, their merging by rank, and by one thread each. */
 static const char *const sort_passes[] = {"PASS=0", "PASS=1", "PASS=2"};
-static const struct geometry_layer_pass counting = {.pass = "transparency.count",
+const char pixel_lists_counting_pass[] = "transparency.count";
+static const struct geometry_layer_pass counting = {.pass = pixel_lists_counting_pass,
                                                     .fragment = "lists_count.frag.glsl"};
 static const struct geometry_layer_pass scattering = {.pass = "transparency.scatter",
                                                       .fragment = "lists_scatter.frag.glsl",
                                                       .evaluates = true,
                                                       .is_conditional = true};
 
-static const char lighting_pass[] = "shade.transparent";
+const char pixel_lists_lighting_pass[] = "shade.transparent";
 
 const struct transparency_pass pixel_lists_passes[] = {
-    {.name = "transparency.count"},
+    {.name = pixel_lists_counting_pass},
     {.name = "transparency.scatter", .is_conditional = true},
     {.name = "transparency.sort", .is_conditional = true},
-    {.name = lighting_pass, .is_conditional = true, .is_of_light = true},
+    {.name = pixel_lists_lighting_pass, .is_conditional = true, .is_of_light = true},
     {.name = NULL},
 };
 
@@ -71,7 +72,7 @@ static const char *scan_file_of(const struct gl_limits *limits)
     return limits->is_software ? "lists_scan_chunks.comp.glsl" : "lists_scan.comp.glsl";
 }
 
-void pixel_lists_list_programs(const struct window_frame *frame, const struct geometry_items *items,
+void pixel_lists_list_counting(const struct window_frame *frame, const struct geometry_items *items,
                                struct program_list *list)
 {
     window_list_clear(frame, counting.pass, list);
@@ -80,6 +81,12 @@ void pixel_lists_list_programs(const struct window_frame *frame, const struct ge
         const struct program_desc desc = compute_of(scan_file_of(frame->limits), scan_passes[i]);
         program_list_add(list, counting.pass, &desc, false);
     }
+}
+
+void pixel_lists_list_programs(const struct window_frame *frame, const struct geometry_items *items,
+                               struct program_list *list)
+{
+    pixel_lists_list_counting(frame, items, list);
     geometry_list_transparent(frame, items, &scattering, list);
     for (int i = 0; i < (frame->limits->is_software ? 3 : 2); i++) {
         const struct program_desc desc = compute_of(sort_file, sort_passes[i]);
@@ -169,10 +176,10 @@ static void finish_entries(struct layers *layers)
     gl_buffer_finish(&layers->lists.colors);
 }
 
-/* Bytes of the keys of an entry: of its two halves where lists are merged. */
+/* Bytes of the keys of an entry. */
 static uint64_t key_bytes(const struct layers *layers)
 {
-    return layers->longest > LIST_RUN ? 32 : 16;
+    return layers->lists.has_two_halves ? 32 : 16;
 }
 
 static int word_count(const struct layers *layers)
@@ -185,13 +192,12 @@ static uint64_t entry_bytes(const struct layers *layers)
     return key_bytes(layers) + 32 + (uint64_t)word_count(layers) * 16;
 }
 
-/* Whether the entries that were counted have room. Buffers that would grow beyond it by what they
- * hold in store begin anew. */
-static bool find_room(struct layers *layers)
+/* Buffers that would grow beyond the budget by what they hold in store begin anew. */
+static bool has_room(struct layers *layers, uint64_t beside_bytes)
 {
-    uint64_t n = layers->layer_count, pixels = layers->lists.ends.size_bytes +
-                                               layers->lists.left.size_bytes +
-                                               layers->lists.scan.size_bytes;
+    uint64_t n = layers->lists.entry_count;
+    uint64_t pixels = beside_bytes + layers->lists.ends.size_bytes + layers->lists.left.size_bytes +
+                      layers->lists.scan.size_bytes;
     uint64_t exact = pixels + n * entry_bytes(layers);
     uint64_t grown = pixels + gl_buffer_reserved_bytes(&layers->lists.keys, n * key_bytes(layers)) +
                      gl_buffer_reserved_bytes(&layers->lists.colors, n * 32);
@@ -205,19 +211,39 @@ static bool find_room(struct layers *layers)
     return !layers->missing_bytes;
 }
 
-static bool scatter_fragments(struct layers *layers, const struct window_frame *frame,
-                              const struct geometry_items *items, struct error *err)
+bool pixel_lists_find_room(struct layers *layers, uint64_t entry_count, uint64_t beside_bytes)
+{
+    layers->lists.entry_count = entry_count;
+    layers->lists.has_two_halves = false;
+    return has_room(layers, beside_bytes);
+}
+
+/* Whether the entries that were counted have room. */
+static bool find_room(struct layers *layers)
+{
+    layers->lists.entry_count = layers->layer_count;
+    layers->lists.has_two_halves = layers->longest > LIST_RUN; /* so that lists are merged */
+    return has_room(layers, 0);
+}
+
+bool pixel_lists_reserve(struct layers *layers, struct error *err)
 {
     static const char *const labels[PIXEL_LISTS_WORDS] = {
         "lists.surface_0", "lists.surface_1", "lists.surface_2", "lists.lobes", "lists.more_lobes"};
-    uint64_t n = layers->layer_count;
+    uint64_t n = layers->lists.entry_count;
     layers->lists.list_bytes += n * entry_bytes(layers);
-    if (!reserve(&layers->lists.keys, "lists.keys", n * key_bytes(layers), err) ||
-        !reserve(&layers->lists.colors, "lists.colors", n * 32, err))
+    bool ok = reserve(&layers->lists.keys, "lists.keys", n * key_bytes(layers), err) &&
+              reserve(&layers->lists.colors, "lists.colors", n * 32, err);
+    for (int i = 0; i < word_count(layers) && ok; i++)
+        ok = reserve(&layers->lists.surfaces[i], labels[i], n * 16, err);
+    return ok;
+}
+
+static bool scatter_fragments(struct layers *layers, const struct window_frame *frame,
+                              const struct geometry_items *items, struct error *err)
+{
+    if (!pixel_lists_reserve(layers, err))
         return false;
-    for (int i = 0; i < word_count(layers); i++)
-        if (!reserve(&layers->lists.surfaces[i], labels[i], n * 16, err))
-            return false;
     gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
                                          .pass = scattering.pass,
                                          .because = "transparent surfaces are in view",
@@ -225,7 +251,7 @@ static bool scatter_fragments(struct layers *layers, const struct window_frame *
                                          .stage = REPORT_SHADE,
                                      });
     struct window_frame roomy = *frame;
-    roomy.list_room = (uint32_t)n;
+    roomy.list_room = (uint32_t)layers->lists.entry_count;
     pixel_lists_bind(layers, NULL);
     bind(&layers->lists.left, layers->lists.pixel_count * 4, BIND_PIXEL_LEFT);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
@@ -287,6 +313,8 @@ static bool sort_lists(struct layers *layers, const struct window_frame *frame, 
 void pixel_lists_clear(struct layers *layers)
 {
     layers->lists.keys_offset = layers->lists.list_bytes = layers->lists.pixel_count = 0;
+    layers->lists.entry_count = 0;
+    layers->lists.has_two_halves = false;
 }
 
 void pixel_lists_report(const struct layers *layers, struct frame_report *report)
@@ -373,6 +401,15 @@ static bool find_sizes(struct layers *layers, const struct window_frame *frame,
     return true;
 }
 
+bool pixel_lists_find_sizes(struct layers *layers, const struct window_frame *frame,
+                            const struct geometry_items *items, struct error *err)
+{
+    if (are_any(items))
+        return find_sizes(layers, frame, items, NULL, err);
+    begin(layers, frame, items);
+    return true;
+}
+
 enum layers_outcome pixel_lists_find(struct layers *layers, const struct window_frame *frame,
                                      const struct geometry_items *items,
                                      const struct list_sizes *room, struct error *err)
@@ -406,7 +443,7 @@ static void bind_window(const struct window_frame *frame, const struct gl_progra
 }
 
 const struct surface_kind pixel_lists_surfaces = {
-    .pass = lighting_pass,
+    .pass = pixel_lists_lighting_pass,
     .program = "shade_surfaces.comp.glsl",
     .source = "lists_surfaces.glsl",
     .points = "lists_points.glsl",
@@ -428,14 +465,15 @@ int pixel_lists_count_sets(const struct layers *layers)
 
 /* All entries at once: what each lets through is known already, so that lighting needs no order. */
 bool pixel_lists_light(struct layers *layers, const struct window_frame *frame,
-                       const struct surface_lighter *lighter, struct error *err)
+                       const struct geometry_items *items, const struct surface_lighter *lighter,
+                       struct error *err)
 {
     struct surface_set set = {
         .kind = &pixel_lists_surfaces,
         .count = layers->layer_count,
         .technique = transparency_name((int)layers->method->id),
     };
-    (void)frame;
+    (void)frame, (void)items;
     if (layers->is_guessed)
         snprintf(set.because, sizeof set.because, "transparent surface samples are lit");
     else
@@ -447,7 +485,7 @@ bool pixel_lists_light(struct layers *layers, const struct window_frame *frame,
 void pixel_lists_bind(const struct layers *layers, const struct gl_program *program)
 {
     bind(&layers->lists.ends, layers->lists.pixel_count * 4, BIND_PIXEL_COUNTS);
-    uint64_t n = layers->layer_count;
+    uint64_t n = layers->lists.entry_count;
     bind(&layers->lists.keys, n * key_bytes(layers), BIND_ENTRY_KEYS);
     bind(&layers->lists.surfaces[0], n * 16, BIND_ENTRY_SURFACE_0);
     bind(&layers->lists.surfaces[1], n * 16, BIND_ENTRY_SURFACE_1);

@@ -26,6 +26,7 @@ void pixel_lists_list_programs(const struct window_frame *frame, const struct ge
                                struct program_list *list);
 extern const struct surface_kind pixel_lists_surfaces;
 MUST_CHECK bool pixel_lists_light(struct layers *layers, const struct window_frame *frame,
+                                  const struct geometry_items *items,
                                   const struct surface_lighter *lighter, struct error *err);
 int pixel_lists_count_sets(const struct layers *layers);
 void pixel_lists_bind(const struct layers *layers, const struct gl_program *program);
@@ -34,6 +35,27 @@ void pixel_lists_report(const struct layers *layers, struct frame_report *report
 void pixel_lists_clear(struct layers *layers);
 void pixel_lists_finish(struct layers *layers);
 uint64_t pixel_lists_size_bytes(const struct layers *layers);
+/* Members of a struct transparency_method that finds, keeps and lights its surfaces in lists; its
+ * `id` and its `compositing` are its own. */
+#define PIXEL_LISTS_MEMBERS                                                                     \
+    .passes = pixel_lists_passes, .surfaces = &pixel_lists_surfaces,                            \
+    .list_programs = pixel_lists_list_programs, .count = pixel_lists_count,                     \
+    .find = pixel_lists_find, .light = pixel_lists_light, .count_sets = pixel_lists_count_sets, \
+    .bind = pixel_lists_bind, .ends = pixel_lists_ends, .report = pixel_lists_report,           \
+    .clear = pixel_lists_clear, .finish = pixel_lists_finish, .size_bytes = pixel_lists_size_bytes
+
+/* For a method that counts surfaces as lists do, and keeps entries of its own number. */
+extern const char pixel_lists_counting_pass[], pixel_lists_lighting_pass[];
+void pixel_lists_list_counting(const struct window_frame *frame, const struct geometry_items *items,
+                               struct program_list *list);
+/* Begins a window: counts its surfaces, or takes the count that is there, and waits for their
+ * numbers, which are 0 where nothing transparent is in view. */
+MUST_CHECK bool pixel_lists_find_sizes(struct layers *layers, const struct window_frame *frame,
+                                       const struct geometry_items *items, struct error *err);
+/* Whether the budget has room for so many entries, with one half of keys, and so many bytes beside
+ * them; else the missing_bytes are known. Then reserves the buffers of the entries. */
+bool pixel_lists_find_room(struct layers *layers, uint64_t entry_count, uint64_t beside_bytes);
+MUST_CHECK bool pixel_lists_reserve(struct layers *layers, struct error *err);
 
 /* Of guessed lists: what the device says of them, when it has come. */
 struct pixel_lists_guess {

@@ -236,13 +236,16 @@ static void describe_variant(const struct variant_context *context, uint32_t var
         used += snprintf(text + used, VARIANT_BYTES - (size_t)used, "%s_PLANES=%zu%s ",
                          variant & VARIANT_MEDIUM ? "CUT" : "CLIP", planes,
                          variant & VARIANT_CAP ? " IS_CAP" : "");
-    if (!context->evaluates)
-        return;
-    uint32_t mask = variant & VARIANT_TEXTURES;
-    const bool needs_coordinates = (variant & (VARIANT_GRAIN | VARIANT_TANGENT)) == VARIANT_GRAIN;
     bool has_coverage = context->frame->targets->samples > 1;
     bool is_by_depth =
         has_coverage && context->is_layer && !context->frame->limits->has_post_depth_coverage;
+    if (!context->evaluates) {
+        snprintf(text + used, VARIANT_BYTES - (size_t)used, "%s%s",
+                 has_coverage ? "HAS_COVERAGE" : "", is_by_depth ? " COVERAGE_BY_DEPTH" : "");
+        return;
+    }
+    uint32_t mask = variant & VARIANT_TEXTURES;
+    const bool needs_coordinates = (variant & (VARIANT_GRAIN | VARIANT_TANGENT)) == VARIANT_GRAIN;
     char kinds[SHADER_NEEDS_TEXT_BYTES] = "";
     if (context->is_layer)
         shader_needs_material_defines(context->frame->needs->layer_kinds, kinds);

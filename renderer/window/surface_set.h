@@ -60,6 +60,7 @@ struct surface_set {
 /* Whoever lights sets, with those of the lights that are at hand. */
 struct surface_lighter {
     void *context;
+    bool is_continued; /* other lights have lit the surfaces before: what they give is added */
     bool (*light)(void *context, const struct surface_set *set, struct error *err);
 };
 

@@ -191,13 +191,14 @@ static bool fill_task(struct jobs *jobs, const struct job_piece *piece, struct r
     struct render_request request = farm_job_render(job, piece->position, piece->output);
     if (piece->tile >= 0)
         farm_tiles_request(job, piece->tile, &request);
+    struct request_resources needed;
     const struct tradeoff_view view = {.scene = request.scene,
                                        .width_px = request.width,
                                        .height_px = request.height,
                                        .quality = &request.quality,
+                                       .resources = &needed,
                                        .reference_text = request_reference_text_of,
                                        .context = &request};
-    struct request_resources needed;
     memcpy(task->scene, request.scene, sizeof task->scene);
     if (!render_request_resources(&request, &needed) ||
         !task_open_resources(task, jobs->desc.resources, &needed, err) ||

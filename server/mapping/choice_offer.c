@@ -27,9 +27,10 @@ static json_t *rows_to_json(const struct choice_rows *rows)
 
 json_t *choice_offer_to_json(const struct choice_offer *offer)
 {
-    return json_pack("{s:o,s:o,s:I,s:I}", "view", rows_to_json(&offer->view), "scene",
+    return json_pack("{s:o,s:o,s:I,s:I,s:b}", "view", rows_to_json(&offer->view), "scene",
                      rows_to_json(&offer->scene), "triangles", (json_int_t)offer->triangles,
-                     "scene_lights", (json_int_t)offer->scene_lights);
+                     "scene_lights", (json_int_t)offer->scene_lights, "has_grids",
+                     offer->has_grids);
 }
 
 static bool row_from_json(json_t *json, struct choice_row *row)
@@ -60,7 +61,8 @@ bool choice_offer_from_json(const json_t *json, struct choice_offer *offer, stru
 {
     *offer = (struct choice_offer){
         .triangles = (uint64_t)json_integer_value(json_object_get(json, "triangles")),
-        .scene_lights = (uint64_t)json_integer_value(json_object_get(json, "scene_lights"))};
+        .scene_lights = (uint64_t)json_integer_value(json_object_get(json, "scene_lights")),
+        .has_grids = json_is_true(json_object_get(json, "has_grids"))};
     return (rows_from_json(json_object_get(json, "view"), &offer->view) &&
             rows_from_json(json_object_get(json, "scene"), &offer->scene)) ||
            error_set(err, ERROR_INTERNAL, "worker: a malformed offer of settings");

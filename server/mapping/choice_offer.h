@@ -23,6 +23,7 @@ struct choice_offer {
     struct choice_rows scene; /* measured for another view of its scene */
     uint64_t triangles;       /* of the scene */
     uint64_t scene_lights;
+    bool has_grids; /* density grids, which few techniques draw */
 };
 
 /* A new reference; NULL: no memory. Equal offers have equal JSON. */

@@ -115,6 +115,25 @@ static bool add_materials(const struct scene *scene, struct scene_outline *outli
     return true;
 }
 
+/* ---- density grids ---- */
+
+static bool add_grids(const struct scene *scene, struct scene_outline *outline, struct error *err)
+{
+    char cut[LIMIT_NAME_BYTES + 1];
+    for (uint32_t i = 0; i < scene->grid_count && i < SCENE_OUTLINE_ITEMS_MAX; i++) {
+        const struct scene_grid *from = &scene->grids[i];
+        struct outline_grid *to =
+            scene_outline_add_grid(outline, cut_name(scene, from->name, cut), err);
+        if (!to)
+            return false;
+        to->density = (double)from->density;
+        to->anisotropy = (double)from->anisotropy;
+        widen(to->extinction, from->extinction, 3);
+        widen(to->color, from->color, 3);
+    }
+    return true;
+}
+
 /* ---- lights and cameras: once per node that carries one ---- */
 
 /* A column of a matrix, scaled to length 1; zero when it has none. */
@@ -177,7 +196,8 @@ static bool add_camera(const struct scene *scene, uint32_t index, struct scene_o
 bool scene_outline_from_scene(const struct scene *scene, struct scene_outline *outline,
                               struct error *err)
 {
-    if (!add_nodes(scene, outline, err) || !add_materials(scene, outline, err))
+    if (!add_nodes(scene, outline, err) || !add_materials(scene, outline, err) ||
+        !add_grids(scene, outline, err))
         return false;
     for (uint32_t i = 0; i < scene->node_count; i++) {
         const struct scene_node *node = &scene->nodes[i];

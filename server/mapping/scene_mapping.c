@@ -50,6 +50,9 @@ static bool add_names(const struct scene *scene, struct scene_summary *summary, 
     for (uint32_t i = 0; i < scene->node_count && i < SCENE_SUMMARY_NAMES_MAX; i++)
         if (!add_text(scene, scene->nodes[i].name, &summary->node_names, err))
             return false;
+    for (uint32_t i = 0; i < scene->grid_count && i < SCENE_SUMMARY_NAMES_MAX; i++)
+        if (!add_text(scene, scene->grids[i].name, &summary->grids, err))
+            return false;
     for (uint32_t i = 0; i < scene->animation_count && i < SCENE_SUMMARY_NAMES_MAX; i++) {
         char cut[LIMIT_NAME_BYTES + 1];
         const struct scene_animation *animation = &scene->animations[i];
@@ -101,6 +104,7 @@ bool scene_summary_from_scene(const struct scene *scene, struct scene_summary *s
     summary->images = scene->image_count;
     summary->animation_count = scene->animation_count;
     summary->variant_count = scene->variant_count;
+    summary->grid_count = scene->grid_count;
     summary->material_count = scene->material_count - 1; /* the last is the default of glTF */
     summary->has_bounds = header->bounds_min[0] <= header->bounds_max[0];
     memcpy(summary->bounds_min, header->bounds_min, sizeof summary->bounds_min);

@@ -61,6 +61,7 @@ void view_storage_finish(struct view_storage *storage)
     free(storage->lights);
     free(storage->nodes);
     free(storage->materials);
+    free(storage->grids);
     free(storage->clip_planes);
     free(storage->cuts);
     free(storage->parts);
@@ -166,6 +167,21 @@ static void map_material(const struct request_material_override *from,
     to_floats(from->edge_color, to->edge_color, 3);
 }
 
+static void map_grid(const struct request_grid_override *from, struct view_grid_override *to)
+{
+    *to = (struct view_grid_override){
+        .grid = from->grid,
+        .has_density = from->has_density,
+        .density = (float)from->density,
+        .has_extinction = from->has_extinction,
+        .has_color = from->has_color,
+        .has_anisotropy = from->has_anisotropy,
+        .anisotropy = (float)from->anisotropy,
+    };
+    to_floats(from->extinction, to->extinction, 3);
+    to_floats(from->color, to->color, 3);
+}
+
 static void map_cut(const struct request_cut *from, struct view_cut *to)
 {
     *to = (struct view_cut){.spares_shadows = from->spares_shadows,
@@ -180,11 +196,12 @@ static bool storage_init(struct view_storage *storage, const struct render_reque
     storage->lights = calloc(request->light_count + 1, sizeof *storage->lights);
     storage->nodes = calloc(request->node_count + 1, sizeof *storage->nodes);
     storage->materials = calloc(request->material_count + 1, sizeof *storage->materials);
+    storage->grids = calloc(request->grid_count + 1, sizeof *storage->grids);
     storage->clip_planes = calloc(request->clip_plane_count + 1, sizeof *storage->clip_planes);
     storage->cuts = calloc(request->clip_plane_count + 1, sizeof *storage->cuts);
     storage->parts = calloc(request->part_count + 1, sizeof *storage->parts);
-    return storage->lights && storage->nodes && storage->materials && storage->clip_planes &&
-           storage->cuts && storage->parts;
+    return storage->lights && storage->nodes && storage->materials && storage->grids &&
+           storage->clip_planes && storage->cuts && storage->parts;
 }
 
 void view_quality_from_request(const struct request_quality *from, struct view_quality *to)
@@ -263,7 +280,8 @@ bool view_from_request(const struct render_request *request, struct view_storage
     if (!storage_init(storage, request)) {
         view_storage_finish(storage);
         return error_set(err, ERROR_NO_MEMORY, "a view of %zu lights and %zu overrides",
-                         request->light_count, request->node_count + request->material_count);
+                         request->light_count,
+                         request->node_count + request->material_count + request->grid_count);
     }
     for (size_t i = 0; i < request->light_count; i++)
         map_light(&request->lights[i], &storage->lights[i]);
@@ -271,6 +289,8 @@ bool view_from_request(const struct render_request *request, struct view_storage
         map_node(&request->nodes[i], &storage->nodes[i]);
     for (size_t i = 0; i < request->material_count; i++)
         map_material(&request->materials[i], &storage->materials[i]);
+    for (size_t i = 0; i < request->grid_count; i++)
+        map_grid(&request->grids[i], &storage->grids[i]);
     for (size_t i = 0; i < request->part_count; i++)
         map_part(&request->parts[i], &storage->parts[i]);
     for (size_t i = 0; i < request->clip_plane_count; i++) {
@@ -296,6 +316,8 @@ bool view_from_request(const struct render_request *request, struct view_storage
         .node_override_count = request->node_count,
         .materials = storage->materials,
         .material_override_count = request->material_count,
+        .grids = storage->grids,
+        .grid_override_count = request->grid_count,
         .parts = storage->parts,
         .part_count = request->part_count,
         .clip_planes = (const double(*)[4])storage->clip_planes,

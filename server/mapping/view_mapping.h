@@ -20,6 +20,7 @@ struct view_storage {
     struct view_light *lights;
     struct view_node_override *nodes;
     struct view_material_override *materials;
+    struct view_grid_override *grids;
     struct view_part *parts;
     double (*clip_planes)[4];
     struct view_cut *cuts; /* per clip plane */

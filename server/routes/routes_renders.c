@@ -172,10 +172,13 @@ static void rendered(void *context, struct render_outcome *outcome)
 static bool offer(const struct render_post *post, struct render_task *task,
                   const struct render_request *request, struct error *err)
 {
+    struct request_resources resources;
+    (void)!render_request_resources(request, &resources); /* prepare refuses too many */
     const struct tradeoff_view view = {.scene = request->scene,
                                        .width_px = request->width,
                                        .height_px = request->height,
                                        .quality = &request->quality,
+                                       .resources = &resources,
                                        .reference_text = request_reference_text_of,
                                        .context = request};
     return tradeoffs_offer(post->service->tradeoffs, &view, false, &task->offer, err);

@@ -57,12 +57,32 @@ static void find_measured(struct tradeoffs *tradeoffs, const struct tradeoff_vie
     pthread_mutex_unlock(&tradeoffs->mutex);
 }
 
-static void add_counts(struct tradeoffs *tradeoffs, const char *scene, struct choice_offer *offer)
+static bool scene_has_grids(struct tradeoffs *tradeoffs, const char *scene)
 {
+    json_t *summary = resource_store_get_summary(tradeoffs->desc.resources->scenes, scene, NULL);
+    bool has_grids = json_integer_value(json_object_get(summary, "density_grid_count")) > 0;
+    json_decref(summary);
+    return has_grids;
+}
+
+bool tradeoffs_has_grids(struct tradeoffs *tradeoffs, const char *scene,
+                         const struct request_resources *resources)
+{
+    bool has_grids = scene_has_grids(tradeoffs, scene);
+    for (int i = 0; i < resources->scene_count && !has_grids; i++)
+        has_grids = scene_has_grids(tradeoffs, resources->scenes[i]);
+    return has_grids;
+}
+
+static void add_counts(struct tradeoffs *tradeoffs, const struct tradeoff_view *view,
+                       struct choice_offer *offer)
+{
+    const char *scene = view->scene;
     json_t *summary = resource_store_get_summary(tradeoffs->desc.resources->scenes, scene, NULL);
     offer->triangles = (uint64_t)json_integer_value(json_object_get(summary, "triangles"));
     offer->scene_lights = (uint64_t)json_integer_value(json_object_get(summary, "light_count"));
     json_decref(summary);
+    offer->has_grids = tradeoffs_has_grids(tradeoffs, scene, view->resources);
 }
 
 /* Whether any measurement on this device is of the scene. */
@@ -97,7 +117,7 @@ bool tradeoffs_offer(struct tradeoffs *tradeoffs, const struct tradeoff_view *vi
         find_measured(tradeoffs, view, key, is_warm, &offer->view);
     if (is_good && asks) {
         find_measured(tradeoffs, view, NULL, is_warm, &offer->scene);
-        add_counts(tradeoffs, view->scene, offer);
+        add_counts(tradeoffs, view, offer);
     }
     if (is_good && (asks || offer->view.count > 0))
         is_good =

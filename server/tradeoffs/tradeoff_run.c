@@ -34,6 +34,7 @@ struct run {
     int reference_fd;
     int height;
     int max_samples;
+    bool has_grids;                     /* of the scene */
     double traced_ms;                   /* the whole reference */
     double frame_ms[TRADEOFF_ROWS_MAX]; /* of each row */
     int timed_rows;                     /* that have had their runs */
@@ -56,7 +57,7 @@ static void set_setting(struct run *run, const struct quality_setting *setting)
     struct request_quality *quality = &run->request.quality;
     quality->shadows = setting->shadows;
     quality->shadow_resolution = quality_or(setting->shadow_resolution, SHADOW_RESOLUTION_DEFAULT);
-    quality->shadow_taps = quality_or(setting->shadow_taps, SHADOW_TAPS_DEFAULT);
+    quality->shadow_taps = shadow_technique_taps(setting->shadows, setting->shadow_taps);
     quality->samples = setting->samples;
     quality->shadow_compression = setting->shadow_compression;
     quality->shadow_prefilter = setting->shadow_prefilter ? setting->shadow_prefilter : 1;
@@ -141,7 +142,11 @@ static bool probe(struct run *run)
 {
     struct step_result result;
     struct tradeoff *document = &run->entry->document;
-    set_setting(run, &(struct quality_setting){.shadows = SHADOWS_RASTER_DEFAULT,
+    struct request_resources resources;
+    (void)!render_request_resources(&run->entry->request.render, &resources); /* it was checked */
+    run->has_grids = tradeoffs_has_grids(run->tradeoffs, document->scene, &resources);
+    set_setting(run, &(struct quality_setting){.shadows = run->has_grids ? SHADOWS_RAYTRACED
+                                                                         : SHADOWS_RASTER_DEFAULT,
                                                .shadow_resolution = 256,
                                                .shadow_taps = 1,
                                                .samples = 1});
@@ -351,7 +356,8 @@ static void plan_settings(struct run *run)
         &(struct sweep_desc){.fixed = &run->entry->request.render.quality,
                              .has_shadows = document->shadowed_lights > 0,
                              .has_transparent_casters = document->has_transparent_casters,
-                             .needs = render_request_needs(&run->entry->request.render),
+                             .needs = render_request_needs(&run->entry->request.render) |
+                                      (run->has_grids ? SHADOW_CAN_GRIDS : 0u),
                              .max_samples = run->max_samples,
                              .reference_samples = run->options.reference_samples,
                              .max_settings = run->options.max_settings},

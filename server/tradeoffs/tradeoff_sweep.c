@@ -30,9 +30,9 @@ static int resolution_distance(int resolution)
                : 2;
 }
 
-static int taps_distance(int taps)
+static int taps_distance(enum shadow_technique shadows, int taps)
 {
-    return taps == SHADOW_TAPS_DEFAULT ? 0 : taps == 16 ? 3 : 2;
+    return taps == shadow_technique_taps(shadows, 0) ? 0 : taps == 16 ? 3 : 2;
 }
 
 static void add(struct sweep *sweep, struct quality_setting setting, int distance)
@@ -55,18 +55,20 @@ static int raster_samples(const struct sweep_desc *desc, int samples[2])
 static void add_maps(struct sweep *sweep, const struct sweep_desc *desc,
                      enum shadow_technique shadows, int distance)
 {
-    static const int all_taps[] = {1, 4, 9, 16};
+    static const int all_taps[][4] = {{1, 4, 9, 16}, {4, 9, 16, 64}}; /* 1: noisy ones */
+    bool is_noisy = !shadow_technique_can(shadows, SHADOW_CAN_BE_SMOOTH);
     const struct request_quality *fixed = desc->fixed;
     int samples[2], sample_count = raster_samples(desc, samples);
     for (int s = 0; s < sample_count; s++)
         for (int r = 256; r <= 4096; r *= 2)
             for (int t = 0; t < 4; t++) {
                 int resolution = fixed->says_shadow_resolution ? fixed->shadow_resolution : r;
-                int taps = fixed->says_shadow_taps ? fixed->shadow_taps : all_taps[t];
+                int taps = fixed->says_shadow_taps ? fixed->shadow_taps : all_taps[is_noisy][t];
                 if ((fixed->says_shadow_resolution && r > 256) || (fixed->says_shadow_taps && t))
                     continue; /* once */
                 int steps = (fixed->says_shadow_resolution ? 0 : resolution_distance(r)) +
-                            (fixed->says_shadow_taps ? 0 : taps_distance(taps)) + (samples[s] == 1);
+                            (fixed->says_shadow_taps ? 0 : taps_distance(shadows, taps)) +
+                            (samples[s] == 1);
                 bool can_compress = shadow_technique_has(shadows, SHADOW_HAS_COMPRESSION);
                 add(sweep,
                     (struct quality_setting){shadows, resolution, taps, samples[s],
@@ -134,10 +136,10 @@ static void add_shadow_maps(struct sweep *sweep, const struct sweep_desc *desc,
                             enum shadow_technique shadows, int distance)
 {
     bool is_clear = !desc->has_transparent_casters;
-    bool has_colors = shadow_technique_can(shadows, SHADOW_CAN_COLOR);
-    if (is_clear && has_colors && desc->fixed->shadows == SHADOWS_AUTO)
+    bool filters = shadow_technique_can(shadows, SHADOW_CAN_FILTER);
+    if (is_clear && filters && desc->fixed->shadows == SHADOWS_AUTO)
         return;
-    add_maps(sweep, desc, shadows, is_clear && !has_colors ? 0 : distance);
+    add_maps(sweep, desc, shadows, is_clear && !filters ? 0 : distance);
     if (!is_clear && shadow_technique_has(shadows, SHADOW_HAS_COMPRESSION))
         add_approximate(sweep, desc, shadows);
 }
@@ -200,7 +202,7 @@ static void skip_techniques(const struct sweep_desc *desc, struct tradeoff *trad
         list_names(0, 0, names);
         tradeoff_skip(tradeoff, names, "no light casts a shadow in this view");
     } else if (!desc->has_transparent_casters && desc->fixed->shadows == SHADOWS_AUTO) {
-        list_names(SHADOW_CAN_COLOR, SHADOW_HAS_RESOLUTION, names);
+        list_names(SHADOW_CAN_FILTER, SHADOW_HAS_RESOLUTION, names);
         tradeoff_skip(tradeoff, names,
                       "nothing transparent casts a shadow, so a plain map holds the same");
     }

@@ -64,7 +64,8 @@ void tradeoffs_forget_scene(struct tradeoffs *tradeoffs, const char *scene);
 struct tradeoff_view {
     const char *scene; /* required */
     int width_px, height_px;
-    const struct request_quality *quality; /* required */
+    const struct request_quality *quality;     /* required */
+    const struct request_resources *resources; /* required: the scenes of its parts */
     /* Required: protocol/request_tree.h, malloc'ed; called where something of the scene was
      * measured. */
     char *(*reference_text)(const void *context);

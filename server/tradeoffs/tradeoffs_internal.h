@@ -42,6 +42,10 @@ void tradeoff_run(struct tradeoffs *tradeoffs, struct tradeoff_entry *entry);
  * while no device is known. */
 bool tradeoffs_device_name(struct tradeoffs *tradeoffs, char name[TRADEOFF_DEVICE_BYTES]);
 
+/* Whether the scene, or one of those of its parts, has density grids. */
+bool tradeoffs_has_grids(struct tradeoffs *tradeoffs, const char *scene,
+                         const struct request_resources *resources);
+
 /* Digest of what decides the reference and is not varied. text: of request_reference_text; NULL: no
  * memory. */
 MUST_CHECK bool tradeoff_view_key(const char *text, char key[65], struct error *err);

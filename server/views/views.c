@@ -380,6 +380,7 @@ static bool describe(struct view *view, const struct view_frame_desc *frame,
                                            .width_px = picture->width_px,
                                            .height_px = picture->height_px,
                                            .quality = quality,
+                                           .resources = &picture->resources,
                                            .reference_text = reference_text,
                                            .context = view->document};
     picture->has_target = !frame->is_moving && request_quality_asks(quality);

@@ -14,12 +14,13 @@
 #include "protocol/quality_defaults.h"
 #include "protocol/utf8.h"
 #include "renderer/base/processors.h"
+#include "renderer/scene/atmosphere_grid.h"
 #include "server/base/build_id.h"
 #include "server/base/processor.h"
 #include "server/mapping/choice_offer.h"
 #include "server/mapping/view_mapping.h"
 
-enum { KEY_BYTES = 1024 };
+enum { KEY_BYTES = 1024, ERROR_TEXT_BYTES = 64 };
 static_assert((int)CHOICE_ROWS_MAX >= (int)CHOICE_ESTIMATES_MAX, "estimates do not fit");
 
 /* The sources of rows, the best first, each followed by its rows of more samples. */
@@ -49,6 +50,15 @@ struct choosing {
 
 /* ---- rows ---- */
 
+static double count_haze(const struct render_request *request)
+{
+    struct view view = {.width_px = request->width, .height_px = request->height};
+    const struct camera_window whole = camera_window_whole(view.width_px, view.height_px);
+    view.quality.atmosphere_samples = request->quality.atmosphere_samples;
+    const struct atmosphere_grid grid = atmosphere_grid_of(&view, &whole);
+    return (double)atmosphere_columns(&grid) * grid.slices;
+}
+
 static void estimate(struct choosing *choosing, const struct render_request *request)
 {
     const struct chooser_desc *desc = choosing->desc;
@@ -59,8 +69,12 @@ static void estimate(struct choosing *choosing, const struct render_request *req
         .triangles = choosing->offer.triangles,
         .is_warm = desc->is_warm,
         .shadow_bytes = (double)desc->info->budget_bytes / 2, /* renderer/frame/renderer.c */
+        .has_grids = choosing->offer.has_grids,
+        .atmosphere_samples = request->quality.atmosphere_samples,
         .speed = desc->automatic->speed,
     };
+    if (request->atmosphere.density > 0)
+        frame.haze_slices = count_haze(request);
     if (!request->ignore_scene_lights)
         frame.lights += choosing->offer.scene_lights;
     candidates->count = choice_estimate(&frame, &choosing->target, candidates->rows);
@@ -82,6 +96,7 @@ static struct time_estimator_frame time_estimator_of(const struct render_request
                                          .is_warm = is_warm,
                                          .base_ms = base_ms,
                                          .is_measured = source == SOURCE_VIEW,
+                                         .is_hazy = request->atmosphere.density > 0,
                                          .bytes = row->bytes};
 }
 
@@ -132,13 +147,24 @@ static const char *const source_texts[SOURCE_TEXT_COUNT] = {
     [SOURCE_MODEL] = "forecast from counts: nothing is measured here",
 };
 
+/* Errors that were not measured for just this view leave out that of haze. */
+static void tell_error(const struct choice_row *row, enum source source, unsigned needs,
+                       char error[ERROR_TEXT_BYTES])
+{
+    bool is_of_view = source == SOURCE_VIEW || source == SOURCE_VIEW_SCALED;
+    bool leaves_out = needs & SHADOW_CAN_ATMOSPHERE && !is_of_view;
+    snprintf(error, ERROR_TEXT_BYTES, "an unknown error");
+    if (isfinite(row->error))
+        snprintf(error, ERROR_TEXT_BYTES, "RMSE %.3g%s", row->error,
+                 leaves_out ? " without that of the haze" : "");
+}
+
 static void explain(const struct quality_target *target, const struct choice *choice,
                     enum source source, bool is_warm, struct frame_promise *promise)
 {
-    char error[48] = "an unknown error";
+    char error[ERROR_TEXT_BYTES];
     const struct choice_row *row = choice->row;
-    if (isfinite(row->error))
-        snprintf(error, sizeof error, "RMSE %.3g", row->error);
+    tell_error(row, source, target->needs, error);
     const char *what = target->max_error <= 0   ? "the most accurate within budget_ms"
                        : target->budget_ms <= 0 ? "the fastest within max_error"
                                                 : "the fastest within max_error and budget_ms";
@@ -284,6 +310,7 @@ static void choose_for_target(struct choosing *choosing, struct render_request *
     bool is_warm = choosing->desc->is_warm;
     struct choice choice = {0};
     choosing->target = target_of(request);
+    choosing->target.needs |= choosing->offer.has_grids ? SHADOW_CAN_GRIDS : 0u;
     for (int source = SOURCE_VIEW; !choice.row && source < SOURCE_COUNT; source++) {
         find_rows(choosing, request, (enum source)source);
         enum source found = (enum source)source;
@@ -294,6 +321,7 @@ static void choose_for_target(struct choosing *choosing, struct render_request *
         promise->bytes = choice.row->bytes;
         promise->is_warm = is_warm;
         promise->is_measured = source == SOURCE_VIEW;
+        promise->is_hazy = request->atmosphere.density > 0;
         request_quality_set(&request->quality, &choice.row->setting);
     }
 }
@@ -397,6 +425,7 @@ void chooser_judge(struct time_estimator *estimator, const struct frame_promise 
         .is_warm = promise->is_warm,
         .base_ms = promise->base_ms,
         .is_measured = promise->is_measured,
+        .is_hazy = promise->is_hazy,
         .bytes = promise->bytes,
     };
     time_estimator_note(estimator, &frame, chosen->took_ms,

@@ -113,6 +113,7 @@ static uint64_t program_key(const struct time_estimator_frame *frame)
     content_key_add_word(&key, (uint64_t)(frame->setting.samples > 1) +
                                    (uint64_t)(frame->setting.samples > 4));
     content_key_add_word(&key, frame->setting.shadow_compression > 0);
+    content_key_add_word(&key, frame->is_hazy);
     return key.words[0] | 1;
 }
 
@@ -149,6 +150,8 @@ static struct learning_case case_of(const struct time_estimator_frame *frame)
     content_key_add_word(&key, (uint64_t)setting->shadow_prefilter);
     content_key_add_word(&key, frame->is_warm);
     content_key_add_word(&key, frame->is_measured);
+    if (frame->is_hazy)
+        content_key_add_text(&key, "haze");
     struct learning_case made = {.technique = setting->shadows, .view = key.words[0] | 1};
     /* All of its work as one kind: measured and modelled times are off by other factors. */
     made.terms[frame->is_measured ? FORECAST_TERM_FRAME : FORECAST_TERM_PIXELS] = frame->base_ms;

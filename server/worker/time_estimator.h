@@ -34,6 +34,7 @@ struct time_estimator_frame {
     bool is_warm;     /* promised with what is kept from a frame before */
     double base_ms;   /* > 0: of the row, as measured or modelled */
     bool is_measured; /* that time was, for this very view */
+    bool is_hazy;     /* the frame has an atmosphere */
     double bytes;     /* of its shadow maps and of the window; 0: not known */
 };
 

@@ -39,6 +39,23 @@ wide3 wide_one_minus(vec3 a)
     return 1.0LF - dvec3(a);
 }
 
+// Two f32 that keep it (48 of its bits), and what they keep.
+vec3 wide_high(wide3 a)
+{
+    return vec3(a);
+}
+
+vec3 wide_low(wide3 a)
+{
+    vec3 rest = vec3(a - dvec3(vec3(a)));
+    return mix(rest, vec3(0.0), isnan(rest)); // infinite
+}
+
+wide3 wide_join(vec3 high, vec3 low)
+{
+    return dvec3(high) + dvec3(low);
+}
+
 wide3 wide_mix(wide3 a, wide3 b, bvec3 takes_b)
 {
     return mix(a, b, takes_b);
@@ -163,6 +180,21 @@ vec3 wide_round(wide3 a)
 wide3 wide_one_minus(vec3 a)
 {
     return fast_sum(vec3(1.0), -a);
+}
+
+vec3 wide_high(wide3 a)
+{
+    return a.hi;
+}
+
+vec3 wide_low(wide3 a)
+{
+    return a.lo;
+}
+
+wide3 wide_join(vec3 high, vec3 low)
+{
+    return wide3(high, low);
 }
 
 wide3 wide_mix(wide3 a, wide3 b, bvec3 takes_b)

@@ -15,7 +15,8 @@ layout(std430, binding = BIND_DRAWS) readonly buffer draw_buffer { draw_record d
 #define a_normal_0 draws[a_instance.x].normal_0
 #define a_normal_1 draws[a_instance.x].normal_1
 #define a_normal_2 draws[a_instance.x].normal_2
-#define a_draw uvec2(draws[a_instance.x].material, draws[a_instance.x].node)
+#define a_draw uvec3(draws[a_instance.x].material, draws[a_instance.x].node, \
+                     draws[a_instance.x].primitive)
 #else
 layout(location = ATTRIBUTE_DRAW + 0) in vec4 a_row_0;
 layout(location = ATTRIBUTE_DRAW + 1) in vec4 a_row_1;

@@ -94,6 +94,19 @@ vec2 light_tolerance = vec2(1.0, 0.0); // of the point at hand, as is the object
 float light_normal_offset = 0.0; // [m] from the triangle to where its shadow is looked up
 #endif
 uint light_object = NO_OBJECT;
+
+// What is transparent asks for the layer of its own mesh; of lists, materials without self shadow
+// for the events of other objects only (Lindbeck 2015, "no self shadow").
+uint object_of(uint flags, uint node)
+{
+#ifdef SHADOW_HAS_PARTITIONS
+    bool has_own = MATERIAL_IS(flags, MATERIAL_BLEND | MATERIAL_TRANSMISSION) &&
+                   !MATERIAL_IS(flags, MATERIAL_GROUND);
+#else
+    bool has_own = MATERIAL_IS(flags, MATERIAL_NO_SELF_SHADOW);
+#endif
+    return has_own ? node : NO_OBJECT;
+}
 #endif
 #ifdef HAS_AREA_FORM
 area_surface light_areas_at = AREA_NO_SURFACE; // likewise
@@ -462,11 +475,9 @@ vec3 lighting_evaluate(lit_surface at)
     light_unshadowed = IS_FIRST_PART ? vec3(0.0) : at.unshadowed;
 #endif
 #ifdef HAS_SHADOWS
-    // materials without self shadow ask for the events of other objects only (Lindbeck 2015, "no
-    // self shadow")
     // fully curved where shading and triangle normal differ by 7 degrees
     light_tolerance = vec2(1.0, clamp(8.0 * length(cross(s.normal, s.geo_normal)), 0.0, 1.0));
-    light_object = MATERIAL_IS(flags, MATERIAL_NO_SELF_SHADOW) ? s.node : NO_OBJECT;
+    light_object = object_of(flags, s.node);
 #endif
 #if defined HAS_ENVIRONMENT || defined HAS_ENVIRONMENT_MAP
     if (IS_FIRST_PART) {

@@ -4,6 +4,7 @@
 // filter depends on the angle; CONSTANT: it does not, nor on anything else that varies over the
 // surface, so it is evaluated here. MEDIUM: the primitive bounds a medium, its filter has no
 // thickness. CUT_PLANES: clip planes that cut casters, at most 8. LAYERED: all faces in one pass.
+// CHANCE: noise needs the primitive.
 #include "draw/draw.glsl"
 #ifdef LAYERED
 #define FACE_INDEX a_instance.y
@@ -32,6 +33,9 @@ out vec3 v_normal;
 #ifndef DEPTH_ONLY
 out vec3 v_from_light; // the light's axes [m]
 flat out uvec2 v_draw; // material, node
+#ifdef CHANCE
+flat out uint v_primitive;
+#endif
 #ifdef LAYERED
 flat out uint v_face;
 #endif
@@ -90,6 +94,9 @@ void main()
 #ifndef DEPTH_ONLY
     v_from_light = r * FACE.axis_x.w;
     v_draw = a_draw.xy;
+#ifdef CHANCE
+    v_primitive = a_draw.z;
+#endif
 #ifdef LAYERED
     v_face = FACE_INDEX;
 #endif

@@ -3,7 +3,7 @@
 // compile what the frame has:
 //   SHADOW_HAS_MAPS    there is any structure (absent: everything is lit)
 //   SHADOW_HAS_ORTHOGRAPHIC, SHADOW_HAS_PERSPECTIVE, SHADOW_HAS_CUBES (perspective, too)   shapes
-//   SHADOW_LISTS       the techniques with lists of transparent casters: shadow_lists.glsl
+//   SHADOW_LISTS       the techniques that filter light: shadow_lists.glsl
 //   SHADOW_HAS_MEDIA   some lists attenuate light from where it starts
 // Provides: vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, vec2 tolerance, uint object)
 //   shadow  index of the light's record or NO_SHADOW
@@ -41,7 +41,7 @@ vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, vec2 tolerance, uint obje
 // struct shadow_record, SHADOW_RECORD_TEXELS each
 layout(binding = UNIT_SHADOW_RECORDS) uniform usamplerBuffer u_shadow_records;
 layout(binding = UNIT_SHADOW_DEPTH) uniform samplerBuffer u_shadow_depth;
-uniform uint u_shadow_taps; // 1, 4, 9 or 16
+uniform uint u_shadow_taps; // 1, 4, 9, 16 or 64
 
 // Rounding of positions, planes and interpolated depths, relative to the distances involved. On
 // llvmpipe a fortieth of it keeps surfaces from shadowing themselves when their points are exact
@@ -278,7 +278,8 @@ vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, vec2 tolerance, uint obje
         return vec3(1.0);
 
     // A tent over side * side texels.
-    int side = u_shadow_taps >= 16u ? 4 : (u_shadow_taps >= 9u ? 3 : (u_shadow_taps >= 4u ? 2 : 1));
+    int side = u_shadow_taps >= 64u ? 8 : u_shadow_taps >= 16u ? 4
+             : u_shadow_taps >= 9u ? 3 : u_shadow_taps >= 4u ? 2 : 1;
     vec2 c = clamp((ndc * 0.5 + 0.5) * float(view.resolution), vec2(0.0), vec2(view.resolution));
     vec2 first = floor(c - 0.5 * float(side - 1));
     vec3 sum = vec3(0.0);

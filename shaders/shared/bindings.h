@@ -58,7 +58,12 @@
 #define BIND_FILLED 15           /* u32: what is filled before it is built */
 #define BIND_ATMOSPHERE 11       /* while haze is lit: f32, three per slice of a column */
 #define BIND_ATMOSPHERE_REACH 10 /* likewise: f32 per column: farthest surface in it */
+#define BIND_PEELED 12           /* transparency: u32, four per pixel: peeled_state.glsl */
+#define BIND_PEELED_SUMS 15      /* vec4, three per sample: peeled_sums.glsl; haze is not there */
 #define BIND_ATMOSPHERE_SUMS 15  /* while surfaces are lit: f32, three per slice of a corner */
+
+/* words of the statistics of a window's layers; before: how many there are, and of one pixel */
+#define STATISTICS_PEELING 2 /* set where a pixel may have more layers than are peeled */
 
 /* texture units */
 #define UNIT_GBUFFER_SIGNATURE 7
@@ -91,6 +96,7 @@
 #define UNIT_LIGHT_AREAS 27          /* samplerBuffer RGBA32F: struct area_record, 2 texels each */
 #define UNIT_AREA_LOBES 28 /* samplerBuffer RGBA32F: struct area_lobe_record, 2 texels each */
 #define UNIT_REFRACTION_LEVELS 29 /* sampler2D: the picture without what bends light */
+#define UNIT_SHADOW_TEXELS 30     /* samplerBuffer RGBA32F: shadow_texel.glsl */
 #define UNIT_LIGHT_FRONT 22       /* linked light lists: sampler2D R32F, depth of front faces */
 
 #endif

@@ -44,7 +44,8 @@ struct face_record { /* one face of a light, as its casters are drawn. Axes are 
     uint blend_filter;
     uint lock_tries; /* linked lists with locks: tries of an element */
     uint first_end;  /* deep lists: where the ends of its texels' lists start in the pool */
-    uint unused_1, unused_2;
+    uint seed;       /* of the face's noise: shadow_noise.glsl */
+    uint unused_1;
     vec4 unused; /* records are parts of a uniform buffer: GL_BUFFER_ALIGNMENT */
 };
 LAYOUT(face_record, clip, 48)
@@ -179,6 +180,10 @@ LAYOUT_SIZE(area_lobe_record, 32)
 #define SHADOW_FLAG_MEDIA 2u /* events say which extinction acts behind them */
 #define SHADOW_FLAG_NODES 4u /* nodes of a compressed function instead of events */
 #define SHADOW_RECORD_TEXELS 6
+#define SHADOW_TEXEL_FAR 3e38 /* the depth of texels without a transparent caster */
+#define SHADOW_ALL_LIT                                                         \
+    0xffffffffu /* no layer: nothing is nearer to the light than the partition \
+                 */
 
 /* A list of n deep events that starts at `event` of the pool has n / 2 words of keys beside it,
  * which no other list uses: those of its events 1 and 2, 3 and 4, ... (counted from 0), the first

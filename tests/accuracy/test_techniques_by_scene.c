@@ -47,6 +47,9 @@ struct technique {
 #define MAP .shadows = SHADOWS_MAP
 #define DEEP .shadows = SHADOWS_DEEP
 #define LINKED .shadows = SHADOWS_DEEP_LINKED
+#define TRANSLUCENT .shadows = SHADOWS_TRANSLUCENT
+#define COMPOSITED .shadows = SHADOWS_COMPOSITED
+#define COLORED .shadows = SHADOWS_COLORED_STOCHASTIC
 #define RAYS .shadows = SHADOWS_RAYTRACED_SHADOWS
 #define TRACED .shadows = SHADOWS_RAYTRACED
 
@@ -72,6 +75,14 @@ static const struct technique techniques[] = {
      {0.025, 0.17},
      false},
     {"deep-linked", SAME_SAMPLES, {LINKED, .samples = 1}, {0.025, 0.11}, {0.0075, 0.15}, false},
+    {"translucent",
+     SAME_SAMPLES,
+     {TRANSLUCENT, .samples = 1},
+     {0.025, 0.11},
+     {0.0075, 0.15},
+     false},
+    {"composited", SAME_SAMPLES, {COMPOSITED, .samples = 1}, {0.025, 0.11}, {0.0075, 0.15}, false},
+    {"colored-stochastic", SAME_SAMPLES, {COLORED, .samples = 1}, {0.2, 0.2}, {0.16, 0.2}, false},
     {"raytraced-shadows", SAME_SAMPLES, {RAYS, .samples = 1}, {4e-4, 0.11}, {5e-5, 0.15}, false},
     {"raytraced", SAME_SAMPLES, {TRACED, .samples = 1}, {0.001, 0.11}, {0.001, 0.15}, false},
     {"deep", PICTURES, {DEEP, .samples = 4}, {0.12, 0.13}, {0}, false},

@@ -3,6 +3,7 @@
 """Fits the models behind `auto`, `max_error`, `budget_ms` (docs/explanation/cost-model.md).
 
     vitrail-bench forecast --json > F.json;  fit_models.py costs F.json...
+    vitrail-bench grids --scene fit --json > G.json;  fit_models.py grids G.json...
     vitrail tradeoff SCENE -o T.json;        fit_models.py errors T.json...
     vitrail-bench auto --scene fit --json > A.json;  fit_models.py auto A.json...
     vitrail-bench auto --json > A.json;      fit_models.py keep A.json > auto_timings.json
@@ -142,6 +143,33 @@ def fit_costs(paths):
          [traced[1] for _, _, traced in scaled])
     tell("tree", ["built_triangle"], [[NS * c["workload"]["triangles"]] for c, _, _ in treed],
          [max(traced[0] - traced[1], 0.5) for _, _, traced in treed])
+
+
+# ---- smoke ----
+
+SPLIT = 2.4  # renderer/forecast/forecast.c
+
+
+def smoke(case, trace):
+    """What grids add to a frame by rays."""
+    work, samples, ns = case["workload"], case["samples"], NS * trace
+    rays, points = work["pixels"] * samples, 4 + (8 if samples >= 4 else 16)
+    surfaces = work["pixels"] * (work["layers"] + work["covered"] * (SPLIT if samples > 1 else 1))
+    return [ns * rays * points * work["grid_lights"],
+            ns * (rays * (work["grid_cells"] + points * work["grid_lit_cells"]) +
+                  surfaces * work["grid_shadow_cells"])]
+
+
+def fit_grids(paths):
+    rows, targets = [], []
+    for path in paths:
+        with open(path, encoding="utf-8") as file:
+            results = json.load(file)["results"]
+        trace = next(one["trace"] for one in results if one["suite"] == "speed")
+        cases = [one for one in results if one["suite"] == "grids"]
+        rows += [smoke(case, trace) for case in cases]
+        targets += [case["with_ms"] - case["without_ms"] for case in cases]
+    tell("smoke", ["grid_point", "grid_cell"], rows, targets)
 
 
 # ---- auto ----
@@ -324,7 +352,8 @@ def fit_errors(paths):
 
 
 if __name__ == "__main__":
-    FITS = {"costs": fit_costs, "auto": fit_auto, "keep": keep_auto, "errors": fit_errors}
+    FITS = {"costs": fit_costs, "grids": fit_grids, "auto": fit_auto, "keep": keep_auto,
+            "errors": fit_errors}
     if len(sys.argv) < 3 or sys.argv[1] not in FITS:
         sys.exit(__doc__)
     FITS[sys.argv[1]](sys.argv[2:])

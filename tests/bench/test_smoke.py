@@ -66,8 +66,8 @@ class CommandLine(unittest.TestCase):
         names = [line.split()[0] for line in run("list").stdout.splitlines()]
         self.assertEqual(["lights", "deep", "both", "layers", "demo", "draws", "raytrace",
                           "foliage", "forecast", "auto", "linear", "standing", "ahead",
-                          "environment", "skin", "import", "targets", "scaling", "promises",
-                          "farm", "live"], names)
+                          "environment", "smoke", "grids", "traced", "techniques", "skin",
+                          "import", "targets", "scaling", "promises", "farm", "live"], names)
 
     def test_the_import_states_speed_and_memory_beside_the_decoders(self):
         done = run("import", "--quick", "--json")
@@ -91,6 +91,36 @@ class CommandLine(unittest.TestCase):
         (_, few), (_, many) = document["series"][0]["points"]
         self.assertLess(many, 0.8 * few)  # 4 samples err less than one
 
+    def test_haze_states_its_cost_and_its_error(self):
+        done = run("smoke", "--quick", "--json", "--size", "64x36", "--seconds", "1")
+        self.assertEqual(0, done.returncode, done.stderr)
+        checks = {(c["subject"], c["name"]): c["value"] for c in json.loads(done.stdout)["checks"]}
+        for technique in ("deep", "raytraced", "raytraced-shadows"):
+            self.assertGreater(checks[technique, "cpu haze / without"], 0.5, checks)
+            for samples in (16, 64, 256):
+                error = checks[technique, f"mean error, {samples} atmosphere samples"]
+                self.assertTrue(0 < error < 0.5, checks)
+
+    def test_smoke_states_what_was_forecast(self):
+        done = run("grids", "--quick", "--json", "--size", "64x36")
+        self.assertEqual(0, done.returncode, done.stderr)
+        case = json.loads(done.stdout)["results"][1]
+        self.assertGreater(case["with_ms"], case["without_ms"])
+        self.assertGreater(case["forecast_ms"], case["without_ms"])
+        self.assertGreater(case["workload"]["grid_lights"], 0)
+
+    def test_shadow_techniques_state_times_that_add_up(self):
+        done = run("techniques", "--quick", "--json", "--size", "64x48", "--seconds", "1")
+        self.assertEqual(0, done.returncode, done.stderr)
+        checks = {(c["subject"], c["name"]): c["value"] for c in json.loads(done.stdout)["checks"]}
+        for technique in ("map", "translucent", "stochastic", "colored-stochastic", "composited",
+                          "composited, faithful", "deep", "raytraced-shadows"):
+            for quads in ("0 quads", "40 quads"):
+                total, shadow, shading = (checks[quads, f"{technique}: {part}, cpu ms"]
+                                          for part in ("total", "shadow", "shading"))
+                self.assertAlmostEqual(total, shadow + shading, places=3)  # rounded
+                self.assertGreater(min(total, shading), 0)
+
     def test_one_figure_that_moves_builds_the_shadow_that_it_casts(self):
         done = run("skin", "--quick", "--json", "--size", "64x36", "--seconds", "1")
         self.assertEqual(0, done.returncode, done.stderr)
@@ -106,6 +136,13 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(2, len(overheads), checks)
         for value in overheads:
             self.assertTrue(0.5 < value < 20, checks)
+
+    def test_rays_are_held_against_a_bare_ray_tracer(self):
+        done = run("traced", "--quick", "--json", "--size", "64x48", "--seconds", "1")
+        self.assertEqual(0, done.returncode, done.stderr)
+        checks = {c["name"]: c["value"] for c in json.loads(done.stdout)["checks"]}
+        self.assertTrue(0.5 < checks["cpu 1 sample / bare"] < 50, checks)
+        self.assertGreater(checks["cpu 4 samples / 1 sample"], 1)
 
     def test_many_objects_share_draw_calls_and_most_are_culled_from_amid(self):
         done = run("draws", "--quick", "--json", "--size", "96x64")

@@ -32,10 +32,11 @@ static const struct target {
     const char *name; /* of the file */
     bool is_apart;    /* is read in a child */
 } targets[] = {
-    {'o', SCENE_FORMAT_OBJ, "scene.obj", false}, {'p', SCENE_FORMAT_PLY, "scene.ply", false},
-    {'s', SCENE_FORMAT_STL, "scene.stl", false}, {'i', SCENE_FORMAT_INVENTOR, "scene.iv", false},
-    {'f', SCENE_FORMAT_FBX, "scene.fbx", true},  {'c', SCENE_FORMAT_COLLADA, "scene.dae", true},
-    {'m', SCENE_FORMAT_3MF, "scene.3mf", true},  {'3', SCENE_FORMAT_3DS, "scene.3ds", true}};
+    {'o', SCENE_FORMAT_OBJ, "scene.obj", false},   {'p', SCENE_FORMAT_PLY, "scene.ply", false},
+    {'s', SCENE_FORMAT_STL, "scene.stl", false},   {'i', SCENE_FORMAT_INVENTOR, "scene.iv", false},
+    {'f', SCENE_FORMAT_FBX, "scene.fbx", true},    {'c', SCENE_FORMAT_COLLADA, "scene.dae", true},
+    {'m', SCENE_FORMAT_3MF, "scene.3mf", true},    {'3', SCENE_FORMAT_3DS, "scene.3ds", true},
+    {'v', SCENE_FORMAT_OPENVDB, "scene.vdb", true}};
 
 struct shared {       /* with the child */
     size_t glb_bytes; /* 0: there is none */

@@ -221,9 +221,19 @@ static void ranges_merge_and_are_found_again(void **state)
     }
     assert_false(shadow_ranges_take(&ranges, 1, &taken[0]));
     assert_int_equal(shadow_ranges_capacity_for(&ranges, 7), 6407);
+    uint64_t all = 0;
+    assert_true(
+        shadow_ranges_capacity_for_all(&ranges, (const uint64_t[]){7, 0, 5}, 3, &all, &err));
+    assert_int_equal(all, 6412);
     for (int i = 0; i < 64; i += 2) /* holes first, then what lies between */
         assert_true(shadow_ranges_free(&ranges, &taken[i], &err));
     assert_int_equal(ranges.free_count, 32);
+    /* three in the first two holes, one too long for any, one in the third */
+    assert_true(shadow_ranges_capacity_for_all(&ranges, (const uint64_t[]){60, 50, 40, 101, 100}, 5,
+                                               &all, &err));
+    assert_int_equal(all, 6501);
+    assert_int_equal(ranges.free_count, 32); /* nothing was taken */
+    assert_int_equal(ranges.capacity, 6400);
     for (int i = 1; i < 64; i += 2)
         assert_true(shadow_ranges_free(&ranges, &taken[i], &err));
     assert_int_equal(ranges.free_count, 1);

@@ -16,61 +16,21 @@
 static struct shadow_rig rig;
 static const double up[3] = {0, 1, 0};
 static const double no_eye[3] = {0, 0, 0};
-static const struct view_light lamps[] = {
-    {.type = SCENE_LIGHT_DIRECTIONAL,
-     .direction = {0.1, -1, 0.05},
-     .color = {1, 1, 1},
-     .intensity = 1},
-    {.type = SCENE_LIGHT_POINT, .position = {0.1, 10, 0.2}, .color = {1, 1, 1}, .intensity = 1},
-    {.type = SCENE_LIGHT_SPOT,
-     .position = {0.1, 10, 0.2},
-     .direction = {0, -1, 0},
-     .color = {1, 1, 1},
-     .intensity = 1,
-     .outer_cone_deg = 35},
-};
-enum { LAMPS = 3, POINTS = 3000 };
+enum { LAMPS = SHADOW_RIG_LAMPS, POINTS = 3000 };
 
 static void prepare(const struct pane_scene *panes, enum shadow_technique shadows, bool faithful)
 {
-    struct error err = {0};
-    struct view_quality quality = {
+    const struct view_quality quality = {
         .shadows = shadows, .faithful = faithful, .shadow_resolution = 96, .shadow_taps = 1};
-    if (!shadow_rig_prepare(&rig, panes, lamps, LAMPS, no_eye, &quality, &err))
-        fail_msg("%s", err.message);
-}
-
-static void add_panes(struct pane_scene *panes, int count, uint64_t seed)
-{
-    for (int i = 0; i < count; i++) {
-        double a = 6.283 * rig_random(&seed), lean = 0.4 * (rig_random(&seed) - 0.5);
-        struct pane pane = {
-            .center = {5 * rig_random(&seed) - 2.5, 1 + 6 * rig_random(&seed),
-                       5 * rig_random(&seed) - 2.5},
-            .u = {1.5 * cos(a), 1.5 * lean, 1.5 * sin(a)},
-            .v = {-1.5 * sin(a), 0, 1.5 * cos(a)},
-            .is_opaque = i % 9 == 4,
-        };
-        for (int k = 0; k < 3; k++)
-            pane.color[k] = 0.05f + 0.95f * (float)rig_random(&seed);
-        pane_scene_add(panes, &pane);
-    }
+    shadow_rig_prepare_lamps(&rig, panes, &quality);
 }
 
 static double points[POINTS][3];
 static float first[POINTS][4], second[POINTS][4];
 
-static void choose_points(void)
-{
-    uint64_t seed = 11;
-    for (int i = 0; i < POINTS; i++)
-        for (int k = 0; k < 3; k++)
-            points[i][k] = 6 * rig_random(&seed) - 3 + (k == 1 ? 3 : 0);
-}
-
 static void ask(uint32_t light, float (*out)[4])
 {
-    shadow_rig_query(&rig, light, (const double(*)[3])points, up, POINTS, UINT32_MAX, out);
+    shadow_rig_ask(&rig, light, (const double(*)[3])points, POINTS, out);
 }
 
 static double largest_difference(void)
@@ -86,8 +46,8 @@ static void corrected_lists_agree_with_the_default_form(void **state)
 {
     (void)state;
     struct pane_scene panes = {0};
-    add_panes(&panes, 60, 5);
-    choose_points();
+    pane_scene_add_random(&panes, 60, 5);
+    rig_random_points(points, POINTS, 3, 0, 6);
     for (uint32_t light = 0; light < LAMPS; light++) {
         prepare(&panes, SHADOWS_DEEP, false);
         uint64_t events = rig.report.counts.events, longest = rig.report.counts.longest_list;
@@ -108,7 +68,7 @@ static void faithful_lists_agree_with_the_quantised_model(void **state)
 {
     (void)state;
     struct pane_scene panes = {0}, quantised = {0};
-    add_panes(&panes, 60, 6);
+    pane_scene_add_random(&panes, 60, 6);
     for (uint32_t i = 0; i < panes.count; i++) {
         struct pane pane = panes.panes[i];
         for (int k = 0; k < 3; k++)
@@ -117,7 +77,7 @@ static void faithful_lists_agree_with_the_quantised_model(void **state)
     }
     prepare(&panes, SHADOWS_DEEP_LINKED, true);
     rig.panes = &quantised;
-    choose_points();
+    rig_random_points(points, POINTS, 3, 0, 6);
     for (uint32_t light = 0; light < LAMPS; light++) {
         int compared = 0;
         ask(light, first);
@@ -221,8 +181,8 @@ static void a_pool_of_one_element_grows_until_the_lists_are_the_same(void **stat
 {
     (void)state;
     struct pane_scene panes = {0};
-    add_panes(&panes, 60, 7);
-    choose_points();
+    pane_scene_add_random(&panes, 60, 7);
+    rig_random_points(points, POINTS, 3, 0, 6);
     prepare(&panes, SHADOWS_DEEP_LINKED, false);
     ask(1, first);
     uint64_t events = rig.report.counts.events;
@@ -242,9 +202,9 @@ static void the_room_of_lists_follows_what_they_had(void **state)
     (void)state;
     struct pane_scene panes = {0};
     struct error err = {0};
-    struct view_light lamp = lamps[0];
+    struct view_light lamp = shadow_rig_lamps[0];
     const struct view_quality quality = {.shadows = SHADOWS_DEEP_LINKED, .shadow_resolution = 256};
-    add_panes(&panes, 6, 8);
+    pane_scene_add_random(&panes, 6, 8);
     shadow_rig_close(&rig);
     assert_true(shadow_rig_open(&rig, 0, 0));
     assert_true(shadow_rig_prepare(&rig, &panes, &lamp, 1, no_eye, &quality, &err));
@@ -300,7 +260,7 @@ static void a_light_without_locks_is_made_again_with_the_same_lists_and_a_warnin
 {
     (void)state;
     struct pane_scene panes = {0};
-    add_panes(&panes, 60, 9);
+    pane_scene_add_random(&panes, 60, 9);
     /* equal depths, one of them opaque, and what casts once */
     for (uint32_t i = 0; i < 12; i++) {
         struct pane pane = panes.panes[i];
@@ -309,7 +269,7 @@ static void a_light_without_locks_is_made_again_with_the_same_lists_and_a_warnin
         pane.color[i % 3] *= 0.5f;
         pane_scene_add(&panes, &pane);
     }
-    choose_points();
+    rig_random_points(points, POINTS, 3, 0, 6);
     shadow_rig_close(&rig);
     assert_true(shadow_rig_open(&rig, 0, 0));
     prepare(&panes, SHADOWS_DEEP_LINKED, true);
@@ -349,7 +309,7 @@ static void lists_longer_than_a_loop_are_refused(void **state)
                                              .faithful = faithful,
                                              .shadow_resolution = 1,
                                              .shadow_taps = 1};
-        assert_false(shadow_rig_prepare(&rig, &panes, lamps, 1, no_eye, &quality, &err));
+        assert_false(shadow_rig_prepare(&rig, &panes, shadow_rig_lamps, 1, no_eye, &quality, &err));
         assert_non_null(strstr(err.message, "linked lists"));
     }
     pane_scene_finish(&panes);

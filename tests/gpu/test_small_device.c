@@ -22,6 +22,7 @@ static const struct {
 } shots[] = {
     {"deep", 64, 48, {.shadow_resolution = 32}, false},
     {"deep-linked", 64, 48, {.shadow_resolution = 16, .shadows = SHADOWS_DEEP_LINKED}, false},
+    {"translucent", 32, 24, {.shadow_resolution = 16, .shadows = SHADOWS_TRANSLUCENT}, false},
     {"raytraced-shadows", 32, 24, {.shadows = SHADOWS_RAYTRACED_SHADOWS}, false},
     {"linked light lists",
      64,

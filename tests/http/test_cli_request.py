@@ -110,6 +110,17 @@ class RequestTest(CliTest):
              "inner_cone_deg": 20, "outer_cone_deg": 35, "intensity": 800, "shadow": False},
             {"type": "directional", "direction": [0, -1, -0.3], "intensity": 5}])
 
+    def test_looks_of_smoke(self):
+        request = self.render_request("--grid", "smoke:density=5;color=0.9,0.8,0.7",
+                                      "--grid", "a:b:extinction=1,2,3;anisotropy=-0.5")
+        self.assertEqual(request["overrides"]["grids"], {
+            "smoke": {"density": 5, "color": [0.9, 0.8, 0.7]},
+            "a:b": {"extinction": [1, 2, 3], "anisotropy": -0.5}})
+        for spec, what in (("smoke", "NAME:density=5"), (":density=1", "NAME:density=5"),
+                           ("smoke:thick=1", "thick"), ("smoke:color=1,2", "color")):
+            _, told = self.run_cli("render", "0" * 64, "-o", "x.png", "--grid", spec, code=2)
+            self.assertIn(what, told)
+
     def test_options_go_over_the_base_and_settings_over_both(self):
         base = self.write("base.json", json.dumps({
             "width": 100, "height": 50, "exposure_ev": 1,

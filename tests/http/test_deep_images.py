@@ -73,7 +73,7 @@ class DeepImages(support.ServiceTest):
 
     def test_what_cannot_be_deep_is_refused_with_what_can(self):
         for members, said in (
-                ({"quality": {}}, "none, map, deep, deep-linked or raytraced-shadows"),
+                ({"quality": {}}, "none, map, deep, deep-linked, raytraced-shadows"),
                 ({"quality": {"shadows": "raytraced"}}, "quality.shadows must be none"),
                 ({"quality": {"shadows": "deep", "samples": 4}}, "samples must be 1"),
                 ({"quality": {"shadows": "deep", "max_error": 0.1}}, "leave max_error"),

@@ -36,7 +36,9 @@ def members(scene):
                 "transmission": 0, "ior": 1.5, "thickness": 0, "attenuation_color": [1, 1, 1],
                 "attenuation_distance": 1, "alpha_mode": "blend", "self_shadow": True,
                 "cast_once": True, "pass_through": {
-                    "model": "edge", "edge_color": [1, 1, 1], "edge_exponent": 2}}}},
+                    "model": "edge", "edge_color": [1, 1, 1], "edge_exponent": 2}}},
+            "grids": {"#0": {"density": 2, "extinction": [1, 2, 3], "color": [1, 1, 0.5],
+                             "anisotropy": -0.5}}},
         "parts": {"p": {"scene": scene, "parent": "Triangle", "matrix": UNIT, "visible": True}},
         "clip_planes": [[0, 1, 0, 2], {"plane": [0, 1, 0, 2], "shadows": True, "cap": [1, 0, 0]}],
         "ground_plane": {"height": -1.5},
@@ -82,7 +84,11 @@ def changed(body, path, value):
 
 class Members(support.ServiceTest):
     def setUp(self):
-        self.scene = self.daemon.push(triangle(materials=[{"name": "M"}]))
+        smoke = {"size": [8, 8, 8], "min": [0, 0, 0], "max": [1, 1, 1],
+                 "procedure": {"type": "fog"}}  # no node shows it
+        self.scene = self.daemon.push(triangle(
+            materials=[{"name": "M"}], extensionsUsed=["VITRAIL_density_grids"],
+            extensions={"VITRAIL_density_grids": {"grids": [smoke]}}))
         self.connection = http.client.HTTPConnection("127.0.0.1", self.daemon.port, timeout=60)
         self.addCleanup(self.connection.close)
 

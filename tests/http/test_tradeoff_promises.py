@@ -20,12 +20,10 @@ ASSETS = os.path.join(os.path.dirname(__file__), "..", "..", "..", "shared", "as
 DAEMON = os.path.join(support.BIN, "vitraild")
 ALL = "--all" in sys.argv or os.environ.get("VITRAIL_PROMISES") == "full"
 
-# Glass, lamps, a sun, boxes, two of several files: what differs most, and is quick.
+# Glass, lamps, boxes, one of several files: what differs most, and is quick.
 FEW = (
     "Box With Spaces",
-    "BoxVertexColors",
     "CornellBox",
-    "Lights-playcanvas",
     "RevelryJackOLantern",
     "TransmissionTest",
     "glass-table",

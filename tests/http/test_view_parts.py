@@ -157,7 +157,8 @@ class Parts(support.unittest.TestCase):
                                               "Floor": hidden, "win/Pane": hidden},
                                     "materials": {"window/Glass": {"ior": 1}}})
         self.ask("PATCH", f"/{view}", {"parts": {"window": None}})
-        self.assertEqual({"nodes": {"Floor": hidden, "win/Pane": hidden}, "materials": {}},
+        self.assertEqual({"nodes": {"Floor": hidden, "win/Pane": hidden}, "materials": {},
+                          "grids": {}},
                          self.ask("GET", f"/{view}").json()["view"]["overrides"])
         self.image(view)
 

@@ -8,6 +8,7 @@ from support import triangle
 
 support.needs(support.FAKE)
 
+NO_OVERRIDES = {"nodes": {}, "materials": {}, "grids": {}}
 LOOK = {"eye": [0, 0, 5], "target": [0, 0, 0]}
 
 
@@ -162,10 +163,10 @@ class Patching(ViewTest):
     def test_overrides_are_cleared_as_a_whole(self):
         view = self.make(overrides={"nodes": {"Triangle": {"visible": False}}})
         self.patch(view, {"overrides": {"nodes": None}})
-        self.assertEqual({"nodes": {}, "materials": {}}, self.members(view)["overrides"])
+        self.assertEqual(NO_OVERRIDES, self.members(view)["overrides"])
         self.patch(view, {"overrides": {"nodes": {"Triangle": {"visible": False}}}})
         self.patch(view, {"overrides": None})
-        self.assertEqual({"nodes": {}, "materials": {}}, self.members(view)["overrides"])
+        self.assertEqual(NO_OVERRIDES, self.members(view)["overrides"])
 
     def lit(self):
         return self.make(lights=[{"type": "point", "position": [i, 1, 0]} for i in range(4)])

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Haze in rasterised pictures against closed forms: what it scatters of suns and lamps, what it
- * lets through, between layers and through shadows, and that nothing else of a frame changes. */
+/* Haze in rasterised and in ray-traced pictures against closed forms: what it scatters of suns and
+ * lamps, what it lets through, between layers and through shadows, and that nothing else of a frame
+ * changes. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -167,6 +168,11 @@ static void expect(const struct image *image, int x, int y, int k, double expect
                  expected);
 }
 
+/* All find the light of haze in a grid: by shadow maps, by rays. */
+static const enum shadow_technique forms[] = {SHADOWS_DEEP, SHADOWS_RAYTRACED,
+                                              SHADOWS_RAYTRACED_SHADOWS};
+enum { FORMS = sizeof forms / sizeof *forms };
+
 /* An even haze before a black wall under a sun, which nothing hides: color p E (1 - exp(-s d)). */
 static void even_haze_under_a_sun_is_exact(void **state)
 {
@@ -174,8 +180,10 @@ static void even_haze_under_a_sun_is_exact(void **state)
     struct view_light open_sun = sun;
     open_sun.casts_no_shadow = true;
     open_stage(&rig, *state, &(struct stage){.wall_glow = 0});
-    for (int ortho = 0; ortho < 2; ortho++) {
+    for (int form = 0; form < 2 * FORMS; form++) {
+        const bool ortho = form % 2;
         struct view view = look(&open_sun, 1);
+        view.quality.shadows = forms[form / 2];
         view.camera.ortho_height = ortho ? 6 : 0;
         struct image image = shoot_color(*state, &rig, &view);
         for (int i = 0; i < 9; i++) {
@@ -194,8 +202,10 @@ static void lamps_agree_with_quadrature(void **state)
 {
     struct rig_scene rig;
     open_stage(&rig, *state, &(struct stage){.wall_glow = 0});
-    for (int fog = 0; fog < 2; fog++) {
+    for (int form = 0; form < 2 * FORMS; form++) {
+        const bool fog = form % 2;
         struct view view = look(&lamp, 1);
+        view.quality.shadows = forms[form / 2];
         view.quality.atmosphere_samples = 256;
         if (fog)
             view.atmosphere.falloff_m = 0.8, view.atmosphere.base_m = -0.5;
@@ -217,8 +227,10 @@ static void what_is_behind_is_dimmed(void **state)
     const double glow = 2;
     struct rig_scene rig;
     open_stage(&rig, *state, &(struct stage){.wall_glow = glow});
-    for (int fog = 0; fog < 3; fog++) {
+    for (int form = 0; form < 3 * FORMS; form++) {
+        const int fog = form % 3;
         struct view view = look(NULL, 0);
+        view.quality.shadows = forms[form / 3];
         view.studio = VIEW_STUDIO_OFF;
         view.atmosphere.falloff_m = fog == 1 ? 0.6 : fog == 2 ? 1e6 : 0;
         view.atmosphere.base_m = -0.4;
@@ -240,8 +252,10 @@ static void lamps_are_dimmed_on_their_way(void **state)
     struct rig_scene rig;
     open_stage(&rig, *state, &(struct stage){.has_pane = true});
     struct view_light light = lamp;
-    for (int is_sun = 0; is_sun < 2; is_sun++) {
+    for (int form = 0; form < 2 * FORMS; form++) {
+        const bool is_sun = form >= FORMS;
         struct view view = look(&light, 1), clear;
+        view.quality.shadows = forms[form % FORMS];
         if (is_sun)
             light = (struct view_light){.type = SCENE_LIGHT_DIRECTIONAL,
                                         .direction = {0, 0, -1},
@@ -278,9 +292,10 @@ static void layers_lie_in_the_haze(void **state)
     open_sun.casts_no_shadow = true;
     open_stage(&rig, *state, &(struct stage){.has_pane = true});
     static const int samples[] = {1, 4};
-    for (size_t i = 0; i < 2; i++) {
+    for (size_t i = 0; i < 2 * FORMS; i++) {
         struct view view = look(&open_sun, 1);
-        view.quality.samples = samples[i];
+        view.quality.shadows = forms[i / 2];
+        view.quality.samples = samples[i % 2];
         struct image image = shoot_color(*state, &rig, &view);
         for (int x = 5; x < 70; x += 16) {
             double way[3], end = way_of(&view, x, 60, wall_z, way), pane = end * pane_z / wall_z;
@@ -299,7 +314,8 @@ static void layers_lie_in_the_haze(void **state)
 static void shadows_are_in_the_haze(void **state)
 {
     static const enum shadow_technique techniques[] = {SHADOWS_MAP, SHADOWS_DEEP,
-                                                       SHADOWS_DEEP_LINKED};
+                                                       SHADOWS_DEEP_LINKED, SHADOWS_RAYTRACED,
+                                                       SHADOWS_RAYTRACED_SHADOWS};
     struct rig_scene rig;
     open_stage(&rig, *state, &(struct stage){.has_block = true});
     for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {
@@ -323,16 +339,32 @@ static void light_from_all_around_is_scattered(void **state)
 {
     struct rig_scene rig;
     open_stage(&rig, *state, &(struct stage){.wall_glow = 0});
-    struct view view = look(NULL, 0);
-    view.has_environment = true;
-    view.sky[0] = view.sky[1] = view.sky[2] = 3;
-    view.ground[0] = view.ground[1] = view.ground[2] = 1;
-    view.atmosphere.density_per_m = 5;
-    struct image image = shoot_color(*state, &rig, &view);
-    for (int k = 0; k < 3; k++)
-        expect(&image, 80, 45, k, 2 * (double)view.atmosphere.color[k], 1e-4, "all around");
-    image_finish(&image);
+    for (int form = 0; form < FORMS; form++) {
+        struct view view = look(NULL, 0);
+        view.quality.shadows = forms[form];
+        view.has_environment = true;
+        view.sky[0] = view.sky[1] = view.sky[2] = 3;
+        view.ground[0] = view.ground[1] = view.ground[2] = 1;
+        view.atmosphere.density_per_m = 5;
+        struct image image = shoot_color(*state, &rig, &view);
+        for (int k = 0; k < 3; k++)
+            expect(&image, 80, 45, k, 2 * (double)view.atmosphere.color[k], 1e-4, "all around");
+        image_finish(&image);
+    }
     rig_scene_finish(&rig, *state);
+}
+
+static void assert_tile_has_the_bits(struct renderer *renderer, const struct rig_scene *rig,
+                                     const struct view *view, const struct image *whole)
+{
+    struct view tile = *view;
+    tile.tile = (struct view_tile){.x_px = 53, .y_px = 22, .width_px = 61, .height_px = 47};
+    struct image part = shoot_color(renderer, rig, &tile);
+    for (int y = 0; y < 47; y++)
+        if (memcmp(image_pixel_f32(&part, 0, y), image_pixel_f32(whole, 53, 22 + y),
+                   61 * 4 * sizeof(float)) != 0)
+            fail_msg("row %d of the tile has other bits", y);
+    image_finish(&part);
 }
 
 /* Tiles have the bits of the whole, and lights in parts the same light. */
@@ -351,18 +383,12 @@ static void tiles_and_parts_agree(void **state)
         many[i].range = i % 4 == 1 ? 3 : 0;
     }
     open_stage(&rig, renderer, &(struct stage){.has_pane = true, .has_block = true});
-    struct view view = look(many, MANY), tile;
+    struct view view = look(many, MANY);
     view.quality.samples = 4;
     view.quality.atmosphere_samples = 32;
     view.quality.shadow_resolution = 128;
     struct image whole = shoot_color(renderer, &rig, &view);
-    tile = view;
-    tile.tile = (struct view_tile){.x_px = 53, .y_px = 22, .width_px = 61, .height_px = 47};
-    struct image part = shoot_color(renderer, &rig, &tile);
-    for (int y = 0; y < 47; y++)
-        if (memcmp(image_pixel_f32(&part, 0, y), image_pixel_f32(&whole, 53, 22 + y),
-                   61 * 4 * sizeof(float)) != 0)
-            fail_msg("row %d of the tile has other bits", y);
+    assert_tile_has_the_bits(renderer, &rig, &view, &whole);
     const uint64_t most_bytes = renderer->shadow_most_bytes;
     const uint64_t loop_steps = renderer->frames.shade.loop_steps;
     for (int way = 0; way < 2; way++) {
@@ -380,8 +406,16 @@ static void tiles_and_parts_agree(void **state)
     }
     renderer->shadow_most_bytes = most_bytes;
     renderer->frames.shade.loop_steps = loop_steps;
+    for (int form = 1; form < FORMS; form++) {
+        view.quality.shadows = forms[form];
+        struct image traced = shoot_color(renderer, &rig, &view);
+        struct image again = shoot_color(renderer, &rig, &view);
+        assert_tile_has_the_bits(renderer, &rig, &view, &traced);
+        assert_same_bits(&traced, &again);
+        image_finish(&again);
+        image_finish(&traced);
+    }
     image_finish(&whole);
-    image_finish(&part);
     rig_scene_finish(&rig, renderer);
 }
 
@@ -475,7 +509,7 @@ static void the_reference_dims_what_is_seen_and_lit(void **state)
 }
 
 /* Beams through the stained pane, beside the shadow of a block, in both forms. */
-static void the_rasteriser_agrees_with_the_reference(void **state)
+static void all_forms_agree_with_the_reference(void **state)
 {
     struct rig_scene rig;
     struct view_light lights[2] = {sun, lamp};
@@ -488,6 +522,9 @@ static void the_rasteriser_agrees_with_the_reference(void **state)
     traced.quality.atmosphere_samples = 24;
     traced.quality.samples = 1;
     view.quality.samples = 4;
+    static const char *const names[2][FORMS] = {
+        {"atmosphere_raster", "atmosphere_traced", "atmosphere_shadows"},
+        {"atmosphere_bent_raster", "atmosphere_bent_traced", "atmosphere_bent_shadows"}};
     static const struct view_material_override bending[1] = {{.material = "Pane",
                                                               .has_roughness = true,
                                                               .has_ior = true,
@@ -498,15 +535,58 @@ static void the_rasteriser_agrees_with_the_reference(void **state)
         view.materials = traced.materials = bending;
         view.material_override_count = traced.material_override_count = (size_t)bends;
         struct image reference = shoot_color(*state, &rig, &traced);
-        struct image image = shoot_color(*state, &rig, &view);
         save_picture(&reference, bends ? "atmosphere_bent_reference" : "atmosphere_reference");
-        save_picture(&image, bends ? "atmosphere_bent_raster" : "atmosphere_raster");
-        double error = mean_error(&image, &reference);
-        print_message("mean error %.4f of the mean, %s\n", error, bends ? "bent" : "straight");
-        assert_true(error < 0.03);
+        for (int form = 0; form < FORMS; form++) {
+            view.quality.shadows = forms[form];
+            struct image image = shoot_color(*state, &rig, &view);
+            save_picture(&image, names[bends][form]);
+            double error = mean_error(&image, &reference);
+            print_message("%s: mean error %.4f of the mean\n", names[bends][form], error);
+            assert_true(error < 0.03);
+            image_finish(&image);
+        }
         image_finish(&reference);
+    }
+    rig_scene_finish(&rig, *state);
+}
+
+static double sum_of(const struct image *image)
+{
+    double sum = 0;
+    for (int y = 0; y < image->height_px; y++)
+        for (int x = 0; x < image->width_px; x++)
+            for (int k = 0; k < 3; k++)
+                sum += (double)image_pixel_f32(image, x, y)[k];
+    return sum;
+}
+
+/* Rays go to the points of an area light, also out of the haze: both have noise. */
+static void rays_find_soft_beams(void **state)
+{
+    const struct view_light panel = {.type = SCENE_LIGHT_RECT,
+                                     .position = {0.3, 13, -4},
+                                     .direction = {0, -1, 0},
+                                     .color = {1, 0.9f, 0.7f},
+                                     .intensity = 400,
+                                     .width_m = 2,
+                                     .height_m = 2};
+    struct rig_scene rig;
+    open_stage(&rig, *state, &(struct stage){.has_pane = true, .has_block = true});
+    struct view view = look(&panel, 1), traced = look_closely(&panel, 1);
+    view.width_px = traced.width_px = WIDTH / 2;
+    view.height_px = traced.height_px = HEIGHT / 2;
+    traced.quality.area_samples = 64;
+    traced.quality.atmosphere_samples = 128;
+    struct image reference = shoot_color(*state, &rig, &traced);
+    for (int form = 1; form < FORMS; form++) {
+        view.quality.shadows = forms[form];
+        struct image image = shoot_color(*state, &rig, &view);
+        double error = mean_error(&image, &reference), ratio = sum_of(&image) / sum_of(&reference);
+        print_message("soft beams: mean error %.4f of the mean, sum %.4f\n", error, ratio);
+        assert_true(error < 0.1 && fabs(ratio - 1) < 0.02);
         image_finish(&image);
     }
+    image_finish(&reference);
     rig_scene_finish(&rig, *state);
 }
 
@@ -526,11 +606,6 @@ static void what_cannot_be_lit_is_refused(void **state)
     struct rig_scene rig;
     open_stage(&rig, *state, &(struct stage){.has_block = true});
     struct view view = look(&sun, 1);
-    view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
-    refused(*state, &rig, &view, "raytraced-shadows");
-    view.quality.shadows = SHADOWS_RAYTRACED;
-    refused(*state, &rig, &view, "raytraced");
-    view.quality.shadows = SHADOWS_DEEP;
     view.quality.light_lists = VIEW_LIGHT_LISTS_LINKED;
     refused(*state, &rig, &view, "light_lists");
     view.quality.light_lists = VIEW_LIGHT_LISTS_AUTO;
@@ -546,18 +621,19 @@ static void extremes_are_sound(void **state)
     struct view_light lights[] = {sun, lamp};
     struct rig_scene rig;
     open_stage(&rig, *state, &(struct stage){.has_pane = true, .has_block = true});
-    for (size_t i = 0; i < 4; i++)
+    for (size_t i = 0; i < 4 * FORMS; i++)
         for (size_t k = 0; k < 4; k++) {
             struct view view = look(lights, 2);
+            view.quality.shadows = forms[i / 4];
             view.width_px = 48;
             view.height_px = 27;
-            view.atmosphere.density_per_m = densities[i];
+            view.atmosphere.density_per_m = densities[i % 4];
             view.atmosphere.falloff_m = falloffs[k];
             view.atmosphere.base_m = k == 2 ? 1e6 : k == 3 ? -1e6 : 0;
             view.atmosphere.anisotropy = k % 2 ? 0.95 : -0.95;
             lights[1].position[2] = k == 1 ? 0 : k == 2 ? -1e-9 : -2.5; /* where the eye is */
             lights[1].position[0] = lights[1].position[1] = k == 0 ? 0.4 : 0;
-            view.camera.ortho_height = i == 3 && k == 3 ? 4 : 0;
+            view.camera.ortho_height = i % 4 == 3 && k == 3 ? 4 : 0;
             struct image image = shoot_color(*state, &rig, &view);
             assert_image_is_sound(&image, 1e30);
             image_finish(&image);
@@ -579,7 +655,8 @@ int main(void)
         cmocka_unit_test(nothing_else_is_built_anew),
         cmocka_unit_test(the_reference_keeps_closed_forms),
         cmocka_unit_test(the_reference_dims_what_is_seen_and_lit),
-        cmocka_unit_test(the_rasteriser_agrees_with_the_reference),
+        cmocka_unit_test(all_forms_agree_with_the_reference),
+        cmocka_unit_test(rays_find_soft_beams),
         cmocka_unit_test(what_cannot_be_lit_is_refused),
         cmocka_unit_test(extremes_are_sound),
     };

@@ -50,7 +50,7 @@ static void make_scene(int i, void **glb, size_t *size, struct view *view)
 /* The corrected linked lists sort by depth, too: their bits are as fixed. */
 static int find_techniques(enum shadow_technique techniques[SHADOWS_COUNT])
 {
-    return (int)raster_techniques(SHADOW_CAN_COLOR, techniques);
+    return (int)raster_techniques(SHADOW_CAN_FILTER, techniques);
 }
 
 static int count_hashes(void)

@@ -107,6 +107,10 @@ static void programs_of_every_technique_link(void **state)
     link_all(&scene, &view);
     view.quality.faithful = true;
     link_all(&scene, &view);
+    view.quality.shadows = SHADOWS_TRANSLUCENT;
+    link_all(&scene, &view);
+    view.quality.shadows = SHADOWS_STOCHASTIC;
+    link_all(&scene, &view);
     close_scene(&scene);
 }
 

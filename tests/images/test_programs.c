@@ -167,6 +167,11 @@ static void lists_outputs_and_cameras_build_what_is_listed(void **state)
     view.quality.faithful = true;
     view.quality.shadows = SHADOWS_DEEP_LINKED;
     assert_true(check_programs(&c, &view) > 0);
+    view.quality.light_lists = VIEW_LIGHT_LISTS_CLUSTERED;
+    view.quality.shadows = SHADOWS_TRANSLUCENT;
+    assert_true(check_programs(&c, &view) > 0);
+    view.quality.shadows = SHADOWS_STOCHASTIC;
+    assert_true(check_programs(&c, &view) > 0);
     view = small_view();
     view.outputs = 0x3ff; /* all */
     assert_true(check_programs(&c, &view) > 0);

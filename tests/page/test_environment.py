@@ -70,6 +70,27 @@ class Environment(PageTest):
         self.press("Undo")
         self.haze_is({"density": 0.25, "color": [1, 0, 0]})
 
+    def test_smoke_has_sliders_of_its_own(self):
+        scene = self.daemon.push(support.triangle(  # no node shows it: drawing it takes long
+            extensionsUsed=["VITRAIL_density_grids"],
+            extensions={"VITRAIL_density_grids": {"grids": [
+                {"name": "plume", "size": [8, 8, 8], "min": [0, 0, 0], "max": [1, 1, 1],
+                 "density": 5, "procedure": {"type": "smoke"}}]}}))
+        self.load(scene=scene)
+        self.panel("lights")
+
+        def grids_are(wanted):
+            support.wait_until(lambda: self.view()["overrides"]["grids"] == wanted,
+                               f"the grids are {wanted}")
+        self.enter("Density of the smoke", 2.5, "#panel-lights")
+        grids_are({"#0": {"density": 2.5}})
+        self.enter("Smoke scatters onwards or back", 0.5, "#panel-lights")
+        grids_are({"#0": {"density": 2.5, "anisotropy": 0.5}})
+        self.press("As in the file")
+        grids_are({})
+        self.press("Undo")
+        grids_are({"#0": {"density": 2.5, "anisotropy": 0.5}})
+
     def test_the_studio_lights_the_view_and_undo_takes_it_back(self):
         self.lights()
         self.assertEqual(["None", "Studio"], self.choices())

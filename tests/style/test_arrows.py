@@ -78,8 +78,8 @@ ROOMS = {
         " renderer/window renderer/lights renderer/raytrace renderer/transparency"
         " renderer/forecast",
     "renderer/shading":
-        "renderer/base renderer/image renderer/environment renderer/gl renderer/window"
-        " renderer/lights renderer/transparency renderer/shadows",
+        "renderer/base renderer/image renderer/environment renderer/scene/atmosphere_grid.h"
+        " renderer/gl renderer/window renderer/lights renderer/transparency renderer/shadows",
     "renderer/cost":
         "renderer/base renderer/frame_report renderer/view.h renderer/scene renderer/lights"
         " renderer/forecast renderer/shadows",
@@ -155,6 +155,8 @@ HOMES = [
     ("stb_dxt.h", ["renderer/textures/texture_blocks.c"]),
     ("assimp/*", ["renderer/import/assimp/*"]),
     ("*.hxx", ["renderer/import/opencascade/*"]),
+    ("openvdb/*", ["renderer/import/openvdb/*", "tests/support/vdb_files/*"]),
+    ("oneapi/tbb/*", ["renderer/import/openvdb/*"]),
     ("zlib.h", ["renderer/import/assimp/units_shim.cpp"]),
     ("OpenImageIO/*", ["renderer/*_shim.cpp"]),
     # tests encode what the renderer decodes

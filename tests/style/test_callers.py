@@ -27,7 +27,6 @@ ARGUED = {
     "frame_stats_warn": SEAM + "no frame has more warnings than there is room for",
     "rt_light_place": SEAM + "a picture has the sum over a few points of a light",
     "rt_sheen_albedo": SEAM + "in a picture the albedo is one factor of many",
-    "shadow_frame_face_axes": SEAM + "a shadow's edge is wider than the error of an axis",
 }
 
 COMMENT = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"', re.DOTALL)

@@ -21,6 +21,7 @@ struct recipe {
     bool has_points, has_ranges; /* all lights are */
     int width, height, samples;
     uint64_t seed;
+    bool has_smoke;
 };
 
 static int add_material(struct glb_builder *builder, uint64_t *state, bool is_glass)
@@ -110,6 +111,57 @@ static void add_columns(struct glb_builder *builder, uint64_t *state, int count)
     }
 }
 
+/* The largest of some balls whose edges are soft, 1 in their middles. */
+static void fill_with_balls(float *values, const uint32_t size[3], uint64_t *state)
+{
+    enum { BALLS = 6 };
+    double balls[BALLS][4];
+    for (int i = 0; i < BALLS; i++)
+        for (int k = 0; k < 4; k++)
+            balls[i][k] = k < 3 ? random_uniform(state, 0.2, 0.8) : random_uniform(state, 0.1, 0.4);
+    for (uint32_t z = 0; z < size[2]; z++)
+        for (uint32_t y = 0; y < size[1]; y++)
+            for (uint32_t x = 0; x < size[0]; x++) {
+                const double at[3] = {(x + 0.5) / size[0], (y + 0.5) / size[1],
+                                      (z + 0.5) / size[2]};
+                double most = 0;
+                for (int i = 0; i < BALLS; i++) {
+                    double square = 0;
+                    for (int k = 0; k < 3; k++)
+                        square += (at[k] - balls[i][k]) * (at[k] - balls[i][k]);
+                    most = fmax(most, 1 - square / (balls[i][3] * balls[i][3]));
+                }
+                values[x + size[0] * (y + (size_t)size[1] * z)] = (float)most;
+            }
+}
+
+static bool add_smoke(struct glb_builder *builder, uint64_t seed, struct error *err)
+{
+    uint64_t state = 0xd1342543de82ef95u * (seed + 1);
+    for (int grids = 1 + (int)(random_next(&state) % 2); grids > 0; grids--) {
+        struct glb_grid_desc desc = {.name = grids == 1 ? "Smoke" : "More smoke",
+                                     .density = random_log_uniform(&state, 0.3, 10),
+                                     .anisotropy = random_uniform(&state, -0.3, 0.6)};
+        for (int k = 0; k < 3; k++) {
+            double half = random_uniform(&state, 1, 5);
+            double middle = k == 1 ? half : random_uniform(&state, -4, 4);
+            desc.low[k] = middle - half;
+            desc.high[k] = middle + half;
+            desc.size[k] = (uint32_t)random_log_uniform(&state, 12, 90);
+        }
+        size_t count = (size_t)desc.size[0] * desc.size[1] * desc.size[2];
+        float *values = calloc(count, sizeof *values);
+        if (!values)
+            return error_set(err, ERROR_NO_MEMORY, "smoke");
+        fill_with_balls(values, desc.size, &state);
+        desc.values = values;
+        int grid = glb_builder_add_grid(builder, &desc);
+        glb_builder_add_node(builder, &(struct glb_node_desc){.name = desc.name, .grid = grid});
+        free(values);
+    }
+    return true;
+}
+
 static void set_light(struct view_light *light, const struct recipe *recipe, uint64_t *state)
 {
     bool is_spot = !recipe->has_points;
@@ -141,7 +193,8 @@ static bool make_glb(struct generated_scene *scene, const struct recipe *recipe,
         return false;
     add_floor(builder, state);
     add[recipe->kind](builder, state, recipe->count);
-    bool ok = glb_builder_finish(builder, &scene->glb, &scene->glb_bytes, err);
+    bool ok = (!recipe->has_smoke || add_smoke(builder, recipe->seed, err)) &&
+              glb_builder_finish(builder, &scene->glb, &scene->glb_bytes, err);
     glb_builder_destroy(builder);
     return ok;
 }
@@ -176,7 +229,8 @@ static bool make(struct generated_scene *scene, const struct recipe *recipe, str
     return true;
 }
 
-bool generated_scene_make(struct generated_scene *scene, uint64_t seed, struct error *err)
+static bool make_by_seed(struct generated_scene *scene, uint64_t seed, bool has_smoke,
+                         struct error *err)
 {
     static const size_t lights[] = {1, 2, 4, 8, 12, 25, 50, 100};
     static const int sizes[][2] = {{256, 192}, {384, 216}, {480, 360}, {640, 400}};
@@ -191,7 +245,8 @@ bool generated_scene_make(struct generated_scene *scene, uint64_t seed, struct e
                             .width = sizes[size][0],
                             .height = sizes[size][1],
                             .samples = random_next(&state) % 2 ? 4 : 1,
-                            .seed = seed};
+                            .seed = seed,
+                            .has_smoke = has_smoke};
     recipe.count = (int)(recipe.kind == GENERATED_BOXES     ? random_log_uniform(&state, 100, 4000)
                          : recipe.kind == GENERATED_SPHERES ? random_log_uniform(&state, 8, 80)
                          : recipe.kind == GENERATED_PANES   ? random_log_uniform(&state, 2, 12)
@@ -199,6 +254,16 @@ bool generated_scene_make(struct generated_scene *scene, uint64_t seed, struct e
     if (recipe.has_points && recipe.lights > 12)
         recipe.lights = 12; /* six faces each */
     return make(scene, &recipe, err);
+}
+
+bool generated_scene_make(struct generated_scene *scene, uint64_t seed, struct error *err)
+{
+    return make_by_seed(scene, seed, false, err);
+}
+
+bool generated_scene_make_smoky(struct generated_scene *scene, uint64_t seed, struct error *err)
+{
+    return make_by_seed(scene, seed, true, err);
 }
 
 bool generated_scene_make_boxes(struct generated_scene *scene, size_t spots, int samples,

@@ -31,6 +31,11 @@ struct generated_scene {
 MUST_CHECK bool generated_scene_make(struct generated_scene *scene, uint64_t seed,
                                      struct error *err);
 
+/* The same with a density grid "Smoke" and often another, "More smoke", of balls with soft edges.
+ */
+MUST_CHECK bool generated_scene_make_smoky(struct generated_scene *scene, uint64_t seed,
+                                           struct error *err);
+
 /* 3000 boxes, 36,000 triangles, and a floor under so many shadowed spots. */
 MUST_CHECK bool generated_scene_make_boxes(struct generated_scene *scene, size_t spots, int samples,
                                            struct error *err);

@@ -15,12 +15,12 @@ int dlclose(void *library)
     return 0;
 }
 
-/* Read by LeakSanitizer. Readers of assimp forget what they hold when they refuse a file; the
- * decoder, which reads one file, ends then. */
+/* Read by LeakSanitizer. Readers of assimp and OpenVDB forget what they hold when they refuse a
+ * file; the decoder, which reads one file, ends then. */
 const char *__lsan_default_suppressions(void); /* NOLINT: the name is LeakSanitizer's */
 const char *__lsan_default_suppressions(void)  /* NOLINT */
 {
-    return "leak:libassimp.so\n";
+    return "leak:libassimp.so\nleak:openvdb::\nleak:libopenvdb.so\n";
 }
 
 #endif

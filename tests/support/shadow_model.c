@@ -190,7 +190,7 @@ static bool plane_reach(const struct shadow_frame *frame, const struct ray *ray,
 
 static int tap_side(int taps)
 {
-    return taps >= 16 ? 4 : taps >= 9 ? 3 : taps >= 4 ? 2 : 1;
+    return taps >= 64 ? 8 : taps >= 16 ? 4 : taps >= 9 ? 3 : taps >= 4 ? 2 : 1;
 }
 
 bool shadow_rig_model(const struct shadow_rig *rig, uint32_t light, const double point[3],

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "renderer/base/matrix.h"
 
@@ -35,6 +36,16 @@ double rig_random(uint64_t *seed)
 {
     *seed = *seed * 6364136223846793005ull + 1442695040888963407ull;
     return (double)(*seed >> 11) * 0x1p-53;
+}
+
+void rig_random_points(double (*points)[3], uint32_t count, double half, double low, double high)
+{
+    uint64_t seed = 11;
+    for (uint32_t i = 0; i < count; i++) {
+        points[i][0] = 2 * half * rig_random(&seed) - half;
+        points[i][1] = high > low ? low + (high - low) * rig_random(&seed) : low;
+        points[i][2] = 2 * half * rig_random(&seed) - half;
+    }
 }
 
 void pane_scene_finish(struct pane_scene *panes)
@@ -143,7 +154,8 @@ void pane_scene_set(struct pane_scene *panes, uint32_t index, const struct pane 
     struct scene_node *node = &panes->nodes[index];
     struct scene_material *material = &panes->materials[index];
     panes->panes[index] = *pane;
-    *node = (struct scene_node){.parent = -1, .mesh = (int32_t)index, .camera = -1, .light = -1};
+    *node = (struct scene_node){
+        .parent = -1, .mesh = (int32_t)index, .camera = -1, .light = -1, .grid = -1};
     double n[3];
     vec3_cross(pane->u, pane->v, n);
     vec3_normalize(n);
@@ -192,6 +204,30 @@ uint32_t pane_scene_add(struct pane_scene *panes, const struct pane *pane)
     pane_scene_set(panes, panes->count++, pane);
     refresh(panes);
     return panes->count - 1;
+}
+
+void pane_scene_add_random(struct pane_scene *panes, int count, uint64_t seed)
+{
+    for (int i = 0; i < count; i++) {
+        double a = 6.283 * rig_random(&seed), lean = 0.4 * (rig_random(&seed) - 0.5);
+        struct pane pane = {
+            .center = {5 * rig_random(&seed) - 2.5, 1 + 6 * rig_random(&seed),
+                       5 * rig_random(&seed) - 2.5},
+            .u = {1.5 * cos(a), 1.5 * lean, 1.5 * sin(a)},
+            .v = {-1.5 * sin(a), 0, 1.5 * cos(a)},
+            .is_opaque = i % 9 == 4,
+        };
+        for (int k = 0; k < 3; k++)
+            pane.color[k] = 0.05f + 0.95f * (float)rig_random(&seed);
+        pane_scene_add(panes, &pane);
+    }
+}
+
+uint32_t pane_scene_add_sheet(struct pane_scene *panes, double y, const float color[3])
+{
+    struct pane pane = {.center = {0, y, 0}, .u = {3, 0, 0}, .v = {0, 0, 3}};
+    memcpy(pane.color, color, sizeof pane.color);
+    return pane_scene_add(panes, &pane);
 }
 
 static void must(bool ok, const struct error *err)
@@ -345,4 +381,21 @@ void shadow_rig_query(struct shadow_rig *rig, uint32_t light, const double (*poi
     bool ok = shadow_probe_run(rig->shadows, rig->programs, &desc, out, &err);
     must(ok && gl_context_check(rig->context, "asking for shadows", &err), &err);
     free(probes);
+}
+
+void shadow_rig_prepare_lamps(struct shadow_rig *rig, const struct pane_scene *panes,
+                              const struct view_quality *quality)
+{
+    static const double no_eye[3] = {0, 0, 0};
+    struct error err = {0};
+    bool ok =
+        shadow_rig_prepare(rig, panes, shadow_rig_lamps, SHADOW_RIG_LAMPS, no_eye, quality, &err);
+    must(ok, &err);
+}
+
+void shadow_rig_ask(struct shadow_rig *rig, uint32_t light, const double (*points)[3],
+                    uint32_t count, float (*out)[4])
+{
+    static const double up[3] = {0, 1, 0};
+    shadow_rig_query(rig, light, points, up, count, UINT32_MAX, out);
 }

@@ -44,6 +44,10 @@ void pane_scene_finish(struct pane_scene *panes);
 uint32_t pane_scene_add(struct pane_scene *panes, const struct pane *pane);
 /* Moves or recolours a pane that exists. */
 void pane_scene_set(struct pane_scene *panes, uint32_t index, const struct pane *pane);
+/* Leaning rectangles of many colours over 5 m x 5 m, 1 to 7 m up; every ninth is opaque. */
+void pane_scene_add_random(struct pane_scene *panes, int count, uint64_t seed);
+/* 6 m x 6 m, level, about the vertical axis; returns its index. */
+uint32_t pane_scene_add_sheet(struct pane_scene *panes, double y, const float color[3]);
 
 struct shadow_rig {
     struct gl_context *context;
@@ -80,9 +84,16 @@ MUST_CHECK bool shadow_rig_prepare(struct shadow_rig *rig, const struct pane_sce
                                    const struct view_light *lights, size_t light_count,
                                    const double eye[3], const struct view_quality *quality,
                                    struct error *err);
+/* For shadow_rig_lamps, seen from the origin; a failure ends the program. */
+void shadow_rig_prepare_lamps(struct shadow_rig *rig, const struct pane_scene *panes,
+                              const struct view_quality *quality);
 /* Transmittance at world points, asked of the device. object: UINT32_MAX for none. */
 void shadow_rig_query(struct shadow_rig *rig, uint32_t light, const double (*points)[3],
                       const double normal[3], uint32_t count, uint32_t object, float (*out)[4]);
+
+/* The same of points that face up, of no object. */
+void shadow_rig_ask(struct shadow_rig *rig, uint32_t light, const double (*points)[3],
+                    uint32_t count, float (*out)[4]);
 
 /* The same from the definition, in f64, with the same texel centres. Returns false where the answer
  * hangs on rounding: a texel centre on a pane's edge, a caster at the receiver's depth, a face
@@ -92,5 +103,8 @@ bool shadow_rig_model(const struct shadow_rig *rig, uint32_t light, const double
 
 /* A deterministic stream of numbers in [0, 1). */
 double rig_random(uint64_t *seed);
+/* Always the same points, at most `half` away from the vertical axis in x and z, and from `low` to
+ * `high` up. */
+void rig_random_points(double (*points)[3], uint32_t count, double half, double low, double high);
 
 #endif

@@ -121,6 +121,7 @@ static const struct member members[] = {
     {TEXTURE, "KHR_texture_basisu", "source", INDEX, "0", 0, NONE, {0}, 0, 0},
     {NODE, "KHR_node_visibility", "visible", BOOLEAN, "false", 0, 0, {0}, 0, 0},
     {NODE, "KHR_lights_punctual", "light", INDEX, "0", 0, 0, {0}, 1, 1},
+    {NODE, "VITRAIL_density_grids", "grid", INDEX, "0", 0, 0, {0}, 1, 1},
     {NODE, "EXT_mesh_gpu_instancing", "attributes", OBJECT, "{'TRANSLATION':0}", 0, 0, {0}, 1, 0},
     {NODE,
      "EXT_mesh_gpu_instancing",

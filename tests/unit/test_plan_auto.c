@@ -82,6 +82,70 @@ static struct workload measure(struct rig *rig)
     return workload;
 }
 
+/* The square fills the middle of the view; a point light shines on all of the way. */
+static void haze_is_counted_by_slices_and_lights(void **state)
+{
+    (void)state;
+    struct rig rig;
+    rig_open(&rig, "'alphaMode':'OPAQUE'");
+    assert_true(measure(&rig).haze_slices == 0);
+    rig.view.atmosphere.density_per_m = 0.1;
+    struct workload hazy = measure(&rig);
+    assert_true(hazy.haze_slices > 0 && fabs(hazy.haze_lit - 1) < 1e-9);
+    rig.view.quality.atmosphere_samples = 256;
+    struct workload fine = measure(&rig);
+    assert_true(fine.haze_slices > 3 * hazy.haze_slices);
+    rig.light.range = 1e-3f;
+    assert_true(measure(&rig).haze_lit == 0);
+    rig_close(&rig);
+}
+
+/* A box of smoke that fills a quarter of the picture, and casts its shadow on nothing. */
+static void smoke_is_counted_by_rays_lights_and_cells(void **state)
+{
+    (void)state;
+    static const char json[] =
+        "{'asset':{'version':'2.0'},'scene':0,'scenes':[{'nodes':[0]}],"
+        "'extensionsUsed':['VITRAIL_density_grids'],"
+        "'nodes':[{'extensions':{'VITRAIL_density_grids':{'grid':0}}}],"
+        "'extensions':{'VITRAIL_density_grids':{'grids':[{'name':'smoke','size':[1,1,1],"
+        "'values':0,'min':[-1,-1,-1],'max':[1,1,1]}]}},"
+        "'accessors':[{'bufferView':0,'componentType':5126,'count':1,'type':'SCALAR'}],"
+        "'bufferViews':[{'buffer':0,'byteLength':4}],'buffers':[{'byteLength':4}]}";
+    static const struct view_grid_override none[1] = {{.grid = "smoke", .has_density = true}};
+    const float value = 1;
+    struct rig rig;
+    struct error err = {0};
+    rig_open(&rig, "'alphaMode':'OPAQUE'");
+    assert_true(measure(&rig).grid_cells == 0);
+    imported_scene_finish(&rig.imported);
+    if (!imported_scene_make(&rig.imported, json, &value, 4, &err))
+        fail_msg("%s", err.message);
+    struct workload smoky = measure(&rig), narrow;
+    assert_true(fabs(smoky.grid_lights - 0.25) < 0.06);
+    assert_true(smoky.grid_cells >= 2 * smoky.grid_lights);
+    assert_true(smoky.grid_lit_cells >= smoky.grid_lights && smoky.grid_shadow_cells == 0);
+    const struct device_speed speed = {1, 1, 1, 1, 1};
+    const struct forecast_setting few = {.samples = 1, .has_shadows = true},
+                                  many = {.samples = 4, .has_shadows = true};
+    double bare[FORECAST_TERM_COUNT] = {0}, one[FORECAST_TERM_COUNT] = {0},
+           four[FORECAST_TERM_COUNT] = {0};
+    forecast_add_rays(&(struct forecast_frame){&smoky, &few, &speed}, one);
+    forecast_add_rays(&(struct forecast_frame){&smoky, &many, &speed}, four);
+    double ratio = four[FORECAST_TERM_GRIDS] / one[FORECAST_TERM_GRIDS];
+    assert_true(ratio > 2.2 && ratio < 2.8); /* 12 points of four samples, 20 of one */
+    rig.view.grids = none;
+    rig.view.grid_override_count = 1;
+    narrow = measure(&rig);
+    forecast_add_rays(&(struct forecast_frame){&narrow, &few, &speed}, bare);
+    assert_true(bare[FORECAST_TERM_GRIDS] == 0);
+    rig.view.grid_override_count = 0;
+    rig.light.range = 1;
+    narrow = measure(&rig);
+    assert_true(narrow.grid_lights == 0 && narrow.grid_cells == smoky.grid_cells);
+    rig_close(&rig);
+}
+
 static struct auto_choice choose(struct rig *rig, const struct auto_settings *settings)
 {
     struct auto_choice choice = {0};
@@ -351,6 +415,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(counts_are_those_of_the_picture),
+        cmocka_unit_test(haze_is_counted_by_slices_and_lights),
+        cmocka_unit_test(smoke_is_counted_by_rays_lights_and_cells),
         cmocka_unit_test(events_are_the_share_of_the_map_that_casters_cover),
         cmocka_unit_test(forecasts_grow_with_the_work),
         cmocka_unit_test(traced_shadows_without_casters_cost_nothing),

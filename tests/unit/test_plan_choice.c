@@ -166,6 +166,18 @@ static void models_grow_with_what_they_are_made_of(void **state)
     const struct choice_row *one =
         find(small, count, (struct quality_setting){SHADOWS_DEEP, 256, 4, 1, 0, 0});
     assert_true(one->error > coarse->error && one->ms < coarse->ms);
+    more.haze_slices = 1e6;
+    assert_int_equal(choice_estimate(&more, &open, large), count);
+    for (size_t i = 0; i < count; i++)
+        assert_true(large[i].ms > small[i].ms + 1 && isfinite(large[i].ms));
+    more.haze_slices = 0;
+    more.has_grids = true;
+    const struct quality_target rays = {.max_error = 1, .shadows = SHADOWS_RAYTRACED};
+    struct choice_row clear[CHOICE_ESTIMATES_MAX], smoky[CHOICE_ESTIMATES_MAX];
+    size_t traced = choice_estimate(&frame, &rays, clear);
+    assert_int_equal(choice_estimate(&more, &rays, smoky), traced);
+    for (size_t i = 0; i < traced; i++)
+        assert_true(smoky[i].ms > 5 * clear[i].ms && isfinite(smoky[i].ms));
     more.lights = 40;
     more.pixels = 1e6;
     assert_int_equal(choice_estimate(&more, &open, large), count);

@@ -15,9 +15,10 @@ struct full_view {
     struct view_light light;
     struct view_node_override node;
     struct view_material_override material;
+    struct view_grid_override grid;
     double planes[1][4];
     struct view_cut cuts[1];
-    char node_name[8], material_name[8], camera_name[8], variant[8];
+    char node_name[8], material_name[8], grid_name[8], camera_name[8], variant[8];
     char environment_key[8];
 };
 
@@ -31,6 +32,7 @@ static struct full_view *full_view_create(void)
     strcpy(full->variant, "day");
     full->node.node = full->node_name;
     full->material.material = full->material_name;
+    full->grid.grid = full->grid_name;
     strcpy(full->environment_key, "studio");
     full->planes[0][1] = 1;
     full->view = (struct view){
@@ -44,6 +46,8 @@ static struct full_view *full_view_create(void)
         .node_override_count = 1,
         .materials = &full->material,
         .material_override_count = 1,
+        .grids = &full->grid,
+        .grid_override_count = 1,
         .clip_planes = (const double(*)[4])full->planes,
         .clip_plane_count = 1,
         .cuts = full->cuts,
@@ -80,6 +84,8 @@ CHANGES(change_node, changed->node.has_visible = true)
 CHANGES(change_node_name, changed->node_name[0] = 'b')
 CHANGES(change_material, changed->material.roughness = 0.5f)
 CHANGES(change_material_name, changed->material_name[0] = 'b')
+CHANGES(change_grid, changed->grid.density = 2)
+CHANGES(change_grid_name, changed->grid_name[0] = 'b')
 CHANGES(change_variant, changed->variant[0] = 'b')
 CHANGES(change_sky, changed->view.sky[1] = 1)
 CHANGES(change_default_lights, changed->view.ignore_scene_lights = true)
@@ -106,14 +112,15 @@ static void every_change_makes_another_key(void **state)
         void (*apply)(struct full_view *changed);
         bool is_of_state;
     } changes[] = {
-        {change_light, true},       {change_node, true},           {change_node_name, true},
-        {change_material, true},    {change_material_name, true},  {change_sky, true},
-        {change_studio, true},      {change_default_lights, true}, {drop_light, true},
-        {change_camera, false},     {change_camera_name, false},   {change_plane, false},
-        {change_cut, false},        {change_edges, false},         {change_highlight, false},
-        {change_size, false},       {change_outputs, false},       {change_quality, false},
-        {change_variant, true},     {change_ground, true},         {change_haze, false},
-        {change_haze_phase, false}, {change_depth, false},
+        {change_light, true},    {change_node, true},           {change_node_name, true},
+        {change_material, true}, {change_material_name, true},  {change_sky, true},
+        {change_studio, true},   {change_default_lights, true}, {drop_light, true},
+        {change_camera, false},  {change_camera_name, false},   {change_plane, false},
+        {change_cut, false},     {change_edges, false},         {change_highlight, false},
+        {change_size, false},    {change_outputs, false},       {change_quality, false},
+        {change_grid, true},     {change_grid_name, true},      {change_variant, true},
+        {change_ground, true},   {change_haze, false},          {change_haze_phase, false},
+        {change_depth, false},
     };
     struct full_view *plain = full_view_create();
     for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {

@@ -48,7 +48,9 @@ static const char full[] = BODY(
     "\"roughness\":0.2,\"emissive\":[1,2,3],\"transmission\":0.9,\"ior\":1.33,\"thickness\":0.01,"
     "\"attenuation_color\":[0.1,0.2,0.3],\"attenuation_distance\":0.5,\"alpha_mode\":\"blend\","
     "\"pass_through\":{\"model\":\"edge\",\"edge_color\":[0.5,0.6,0.7],\"edge_exponent\":3},"
-    "\"self_shadow\":false,\"cast_once\":true}}},"
+    "\"self_shadow\":false,\"cast_once\":true}},"
+    "\"grids\":{\"Smoke\":{\"density\":2.5,\"extinction\":[1,2,3],\"color\":[0.5,0.25,1],"
+    "\"anisotropy\":-0.75},\"Fog\":{\"density\":0}}},"
     "\"clip_planes\":[{\"plane\":[0,1,0,-2],\"cap\":[1,0.5,0]},{\"plane\":[1,0,0,3],\"shadows\":"
     "false}],"
     "\"highlight\":{\"nodes\":[\"Door\",\"#3\"],\"color\":[0,1,0.5],\"width_px\":4,\"hidden\":0.25}"
@@ -535,7 +537,8 @@ static void name_tables_end_with_null(void **state)
         transparency_name,         request_light_lists_name,  request_blend_filter_name,
         request_output_name,       request_format_name,       request_refraction_name,
         request_studio_name,       request_visibility_name};
-    static const int counts[] = {8, 5, 3, 3, 4, 7, 2, 3, 3, REQUEST_OUTPUT_COUNT, 6, 2, 3, 2};
+    static const int counts[] = {
+        8, 5, 3, 3, 4, SHADOWS_COUNT, TRANSPARENCIES_COUNT, 3, 3, REQUEST_OUTPUT_COUNT, 6, 2, 3, 2};
     for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {
         assert_null(tables[i](-1));
         assert_non_null(tables[i](counts[i] - 1));

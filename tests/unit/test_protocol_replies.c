@@ -404,6 +404,10 @@ static void fill_summary(struct scene_summary *summary)
     assert_non_null(glass);
     glass->base_color[0] = 0.3;
     glass->alpha_mode = 2;
+    struct outline_grid *smoke = scene_outline_add_grid(&summary->outline, "Smoke", &err);
+    assert_non_null(smoke);
+    smoke->density = 2.5;
+    smoke->color[1] = 0.25;
     struct outline_light *sun = scene_outline_add_light(&summary->outline, "Sun", &err);
     assert_non_null(sun);
     sun->intensity = 3.5;
@@ -436,6 +440,8 @@ static void summaries_read_back_as_they_were(void **state)
     assert_true(!read.outline.nodes[0].is_hidden && read.outline.nodes[1].is_hidden);
     assert_true(read.outline.lights[0].up[1] == 1);
     assert_true(read.outline.cameras[0].aspect == 1.5);
+    assert_int_equal(read.outline.grid_count, 1);
+    assert_true(read.outline.grids[0].density == 2.5 && read.outline.grids[0].color[1] == 0.25);
     assert_true(read.outline.lights[1].up[1] == 0);
     assert_null(strstr(strstr(text, "At rest"), "\"matrix\":[1")); /* cameras come with zeros */
     assert_null(strstr(strstr(text, "Without up"), "\"up\""));
@@ -615,10 +621,11 @@ static void every_technique_named_is_accepted_by_the_parser(void **state)
             accepted++;
         }
     }
-    assert_int_equal(accepted, 19);
+    assert_int_equal(accepted, SHADOWS_COUNT + TRANSPARENCIES_COUNT + 10);
     assert_int_equal(json_array_size(json_object_get(json, "formats")), 5);
     assert_int_equal(json_array_size(json_object_get(json, "scene_formats")),
-                     1 + 8 * VITRAIL_WITH_ASSIMP + 2 * VITRAIL_WITH_OPENCASCADE);
+                     1 + 8 * VITRAIL_WITH_ASSIMP + 2 * VITRAIL_WITH_OPENCASCADE +
+                         scene_format_describe(SCENE_FORMAT_OPENVDB)->is_built);
     assert_int_equal(json_array_size(json_object_get(json, "overlays")), 2);
     json_t *parameters = json_object_get(json_object_get(json, "techniques"), "parameters");
     json_t *samples = json_object_get(parameters, "samples");

@@ -302,13 +302,16 @@ static void bad_haze(void **state)
 
 #define MATERIAL(members) BODY("\"overrides\":{\"materials\":{\"G\":{" members "}}}")
 #define AT "/overrides/materials/G"
+#define GRID(members) BODY("\"overrides\":{\"grids\":{\"S\":{" members "}}}")
+#define IN_GRID "/overrides/grids/S"
 
 static void bad_overrides(void **state)
 {
     (void)state;
     static const struct refusal refusals[] = {
         {BODY("\"overrides\":[]"), INVALID, "/overrides", "must be an object"},
-        {BODY("\"overrides\":{\"lights\":{}}"), INVALID, "/overrides/lights", "nodes, materials"},
+        {BODY("\"overrides\":{\"lights\":{}}"), INVALID, "/overrides/lights",
+         "nodes, materials, grids"},
         {BODY("\"overrides\":{\"nodes\":[]}"), INVALID, "/overrides/nodes", "must be an object"},
         {BODY("\"overrides\":{\"nodes\":{\"\":{}}}"), INVALID, "/overrides/nodes/", "1 to 1024"},
         {BODY("\"overrides\":{\"nodes\":{\"a/b\":1}}"), INVALID, "/overrides/nodes/a~1b",
@@ -317,6 +320,12 @@ static void bad_overrides(void **state)
          "/overrides/nodes/A/visible", "true or false"},
         {BODY("\"overrides\":{\"nodes\":{\"A\":{\"scale\":2}}}"), INVALID,
          "/overrides/nodes/A/scale", "visible, matrix"},
+        {BODY("\"overrides\":{\"grids\":[]}"), INVALID, "/overrides/grids", "must be an object"},
+        {GRID("\"thickness\":1"), INVALID, IN_GRID "/thickness", "density, extinction, color"},
+        {GRID("\"density\":-1"), INVALID, IN_GRID "/density", "from 0 to 1e+12"},
+        {GRID("\"extinction\":[1,2]"), INVALID, IN_GRID "/extinction", "3 numbers"},
+        {GRID("\"color\":[0,1.5,0]"), INVALID, IN_GRID "/color/1", "from 0 to 1"},
+        {GRID("\"anisotropy\":-1"), INVALID, IN_GRID "/anisotropy", "from -0.999 to 0.999"},
         {MATERIAL("\"base_color\":[1,0,0]"), INVALID, AT "/base_color", "4 numbers"},
         {MATERIAL("\"base_color\":[1,0,0,1.5]"), INVALID, AT "/base_color/3", "from 0 to 1"},
         {MATERIAL("\"metallic\":2"), INVALID, AT "/metallic", "from 0 to 1"},
@@ -363,7 +372,7 @@ static void bad_quality(void **state)
         {Q("\"blend_filter\":\"grey\""), INVALID, "/quality/blend_filter", "tint, coverage, kim"},
         {Q("\"shadow_resolution\":0"), INVALID, "/quality/shadow_resolution", "from 1 to 16384"},
         {Q("\"shadow_resolution\":16385"), INVALID, "/quality/shadow_resolution", "16385"},
-        {Q("\"shadow_taps\":2"), INVALID, "/quality/shadow_taps", "1, 4, 9 or 16"},
+        {Q("\"shadow_taps\":2"), INVALID, "/quality/shadow_taps", "1, 4, 9, 16 or 64"},
         {Q("\"samples\":2"), INVALID, "/quality/samples", "1, 4, 8 or 16"},
         {Q("\"samples\":0"), INVALID, "/quality/samples", "from 1 to 256"},
         {Q("\"shadows\":\"raytraced-shadows\",\"light_lists\":\"linked\""), INVALID,
@@ -412,9 +421,7 @@ static void bad_quality(void **state)
 static void documented_but_unbuilt_techniques_are_unsupported(void **state)
 {
     (void)state;
-    static const char *const names[] = {"translucent", "stochastic", "colored-stochastic",
-                                        "composited",  "volume",     "silhouette",
-                                        "area"};
+    static const char *const names[] = {"volume", "silhouette", "area"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         char json[256];
         snprintf(json, sizeof json, "{\"scene\":\"" ID "\",\"quality\":{\"shadows\":\"%s\"}}",
@@ -514,7 +521,7 @@ static void requests_that_cannot_be_deep(void **state)
 {
     (void)state;
     static const struct refusal refusals[] = {
-        {DEEP("", ""), ERROR_UNSUPPORTED, "/format", "none, map, deep, deep-linked or raytraced-s"},
+        {DEEP("", ""), ERROR_UNSUPPORTED, "/format", "none, map, deep, deep-linked, raytraced-s"},
         {DEEP("\"shadows\":\"raytraced\"", ""), ERROR_UNSUPPORTED, "/format", "must be none"},
         {DEEP("\"reference\":true", ""), ERROR_UNSUPPORTED, "/format", "must be none"},
         {DEEP("\"shadows\":\"map\",\"samples\":4", ""), ERROR_UNSUPPORTED, "/format", "must be 1"},
@@ -573,6 +580,8 @@ static void too_many_of_anything(void **state)
                  "/overrides/nodes");
     check_repeat(HEAD "\"overrides\":{\"materials\":{", "\"n#\":{}", LIMIT_REQUEST_OVERRIDES + 1,
                  "}}}", "/overrides/materials");
+    check_repeat(HEAD "\"overrides\":{\"grids\":{", "\"n#\":{}", LIMIT_REQUEST_OVERRIDES + 1, "}}}",
+                 "/overrides/grids");
     check_repeat(HEAD "\"outputs\":[", "\"color\"", LIMIT_OUTPUTS + 1, "]}", "/outputs");
     check_repeat(HEAD "\"lights\":[", "[]", LIMIT_JSON_CONTAINERS, "]}", "");
     check_repeat(HEAD "\"lights\":[", "0", LIMIT_JSON_VALUES, "]}", "");

@@ -96,6 +96,15 @@ static void techniques_are_known_by_what_they_can_and_have(void **state)
     assert_true(strlen(text) + 1 < SHADOW_TECHNIQUES_TEXT_BYTES);
 }
 
+static void noisy_techniques_take_more_taps_where_nothing_is_said(void **state)
+{
+    (void)state;
+    assert_int_equal(shadow_technique_taps(SHADOWS_DEEP, 0), 4);
+    assert_int_equal(shadow_technique_taps(SHADOWS_STOCHASTIC, 0), 64);
+    assert_int_equal(shadow_technique_taps(SHADOWS_COLORED_STOCHASTIC, 0), 64);
+    assert_int_equal(shadow_technique_taps(SHADOWS_COLORED_STOCHASTIC, 9), 9);
+}
+
 static void families_follow_from_the_rows(void **state)
 {
     (void)state;
@@ -105,6 +114,10 @@ static void families_follow_from_the_rows(void **state)
         [SHADOWS_MAP] = SHADOW_FAMILY_MAPS,
         [SHADOWS_DEEP] = SHADOW_FAMILY_MAPS,
         [SHADOWS_DEEP_LINKED] = SHADOW_FAMILY_MAPS,
+        [SHADOWS_TRANSLUCENT] = SHADOW_FAMILY_MAPS,
+        [SHADOWS_STOCHASTIC] = SHADOW_FAMILY_MAPS,
+        [SHADOWS_COLORED_STOCHASTIC] = SHADOW_FAMILY_MAPS,
+        [SHADOWS_COMPOSITED] = SHADOW_FAMILY_MAPS,
         [SHADOWS_RAYTRACED] = SHADOW_FAMILY_RAYS,
         [SHADOWS_RAYTRACED_SHADOWS] = SHADOW_FAMILY_POINTS,
     };
@@ -128,6 +141,7 @@ int main(void)
         cmocka_unit_test(auto_has_candidates_and_a_default),
         cmocka_unit_test(each_bit_of_a_row_has_a_name),
         cmocka_unit_test(techniques_are_known_by_what_they_can_and_have),
+        cmocka_unit_test(noisy_techniques_take_more_taps_where_nothing_is_said),
         cmocka_unit_test(families_follow_from_the_rows),
         cmocka_unit_test(help_texts_name_them_all),
     };

@@ -295,6 +295,8 @@ static const struct {
     COUNT(shadow_rays),
     COUNT(transparent_fragments),
     COUNT(longest_pixel_list),
+    COUNT(peeled_layers),
+    COUNT(dropped_layers),
     COUNT(light_list_entries),
     COUNT(shadow_maps_built),
     COUNT(shadow_maps_reused),

@@ -137,6 +137,29 @@ static void a_target_takes_the_fastest_row_that_keeps_it(void **state)
     rig_finish(&rig);
 }
 
+static void scenes_with_grids_take_what_draws_them(void **state)
+{
+    (void)state;
+    struct rig rig;
+    struct error err = {0};
+    json_t *offer = offer_of_view();
+    rig_init(&rig);
+    rig.request.quality.max_error = 0.03;
+    rig.request.quality.budget_ms = 5;
+    json_array_set_new(json_array_get(json_object_get(offer, "view"), 0), 6, json_real(1));
+    assert_true(choose(&rig, offer, &err));
+    assert_string_equal(rig.promise.chosen.shadows, "deep");
+    rig_finish(&rig);
+    rig_init(&rig);
+    rig.request.quality.max_error = 0.03;
+    rig.request.quality.budget_ms = 5;
+    json_object_set_new(offer, "has_grids", json_true());
+    assert_true(choose(&rig, offer, &err));
+    assert_string_equal(rig.promise.chosen.shadows, "raytraced");
+    json_decref(offer);
+    rig_finish(&rig);
+}
+
 static void what_was_said_stays(void **state)
 {
     (void)state;
@@ -222,17 +245,44 @@ static void frames_that_take_longer_teach(void **state)
     rig_finish(&rig);
 }
 
+/* Haze takes time in forecasts, whose errors leave it out and say so. */
+static void forecasts_know_of_haze(void **state)
+{
+    (void)state;
+    struct error err = {0};
+    json_t *offer = json_pack("{s:i,s:i}", "triangles", 1000, "scene_lights", 4);
+    double expected_ms[2];
+    for (int hazy = 0; hazy < 2; hazy++) {
+        struct rig rig;
+        rig_init(&rig);
+        rig.request.quality.max_error = 0.5;
+        rig.request.quality.shadows = SHADOWS_RAYTRACED;
+        rig.request.quality.samples = 1;
+        rig.request.atmosphere.density = hazy;
+        if (!choose(&rig, offer, &err))
+            fail_msg("%s", err.message);
+        expected_ms[hazy] = rig.promise.chosen.expected_ms;
+        assert_int_equal(strstr(rig.promise.chosen.because, "haze") != NULL, hazy);
+        assert_int_equal(rig.promise.is_hazy, hazy);
+        rig_finish(&rig);
+    }
+    assert_true(expected_ms[1] > 1.1 * expected_ms[0]);
+    json_decref(offer);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_offer_comes_as_it_was_sent),
         cmocka_unit_test(a_malformed_offer_is_refused),
         cmocka_unit_test(a_target_takes_the_fastest_row_that_keeps_it),
+        cmocka_unit_test(scenes_with_grids_take_what_draws_them),
         cmocka_unit_test(what_was_said_stays),
         cmocka_unit_test(auto_is_the_fastest_of_what_was_measured_for_the_view),
         cmocka_unit_test(without_an_offer_the_planner_decides),
         cmocka_unit_test(the_reference_leaves_nothing_to_choose),
         cmocka_unit_test(frames_that_take_longer_teach),
+        cmocka_unit_test(forecasts_know_of_haze),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

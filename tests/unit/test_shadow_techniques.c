@@ -65,10 +65,13 @@ static void every_structure_is_in_the_table(void **state)
     for (int id = 0; (method = next_of_lights(&id));) {
         const struct shadow_structure *structure = method->structure;
         assert_true(is_listed(structure));
-        assert_int_equal(structure->texel_bytes, structure->has_lists ? 8 : 4);
+        assert_int_equal(structure->texel_bytes, structure->has_texels  ? 20
+                                                 : structure->has_lists ? 8
+                                                                        : 4);
+        assert_int_equal(structure->filters, structure->has_lists || structure->has_texels);
         assert_non_null(method->reused);
-        assert_int_equal(structure->has_lists, method->lookup != NULL);
-        assert_true(!structure->has_lists ||
+        assert_int_equal(structure->filters, method->lookup != NULL);
+        assert_true(!structure->filters ||
                     (structure->build && structure->record && structure->bind && structure->drop));
     }
 }
@@ -120,8 +123,14 @@ static void every_pass_of_a_light_lists_programs(void **state)
 static void lights_without_transparent_casters_have_plain_maps(void **state)
 {
     (void)state;
-    static const enum shadow_technique asked[] = {SHADOWS_AUTO, SHADOWS_MAP, SHADOWS_DEEP,
-                                                  SHADOWS_DEEP_LINKED};
+    static const enum shadow_technique asked[] = {SHADOWS_AUTO,
+                                                  SHADOWS_MAP,
+                                                  SHADOWS_DEEP,
+                                                  SHADOWS_DEEP_LINKED,
+                                                  SHADOWS_TRANSLUCENT,
+                                                  SHADOWS_STOCHASTIC,
+                                                  SHADOWS_COLORED_STOCHASTIC,
+                                                  SHADOWS_COMPOSITED};
     for (size_t i = 0; i < sizeof asked / sizeof *asked; i++)
         assert_int_equal(chosen(asked[i], &opaque, false), SHADOWS_MAP);
     assert_int_equal(chosen(SHADOWS_DEEP_LINKED, &opaque, true), SHADOWS_DEEP_LINKED);
@@ -134,6 +143,8 @@ static void lights_behind_glass_have_lists(void **state)
     assert_int_equal(chosen(SHADOWS_AUTO, &glass, false), SHADOWS_DEEP);
     assert_int_equal(chosen(SHADOWS_DEEP, &glass, false), SHADOWS_DEEP);
     assert_int_equal(chosen(SHADOWS_DEEP_LINKED, &glass, false), SHADOWS_DEEP_LINKED);
+    for (int i = SHADOWS_TRANSLUCENT; i <= SHADOWS_COMPOSITED; i++)
+        assert_int_equal(chosen((enum shadow_technique)i, &glass, false), i);
     assert_int_equal(chosen(SHADOWS_RAYTRACED_SHADOWS, &glass, false), SHADOWS_RAYTRACED_SHADOWS);
     assert_int_equal(chosen(SHADOWS_MAP, &glass, false), SHADOWS_NONE); /* it casts none there */
 }
@@ -145,15 +156,16 @@ static void lights_without_casters_shine_without_a_shadow(void **state)
         assert_int_equal(chosen((enum shadow_technique)i, &nothing, true), SHADOWS_NONE);
 }
 
-/* The rows tell what the functions do: a caster that filters light needs a technique with colours.
- */
-static void techniques_with_lists_can_color(void **state)
+/* The rows tell what the functions do. */
+static void techniques_that_filter_say_so(void **state)
 {
     (void)state;
     const struct shadow_method *method;
-    for (int id = 0; (method = next_of_lights(&id));)
-        assert_int_equal(shadow_technique_can(method->id, SHADOW_CAN_COLOR),
-                         method->structure->has_lists);
+    for (int id = 0; (method = next_of_lights(&id));) {
+        bool filters = method->structure->filters;
+        assert_int_equal(shadow_technique_can(method->id, SHADOW_CAN_FILTER), filters);
+        assert_true(filters || !shadow_technique_can(method->id, SHADOW_CAN_COLOR));
+    }
 }
 
 static void queries_name_what_a_map_has(void **state)
@@ -198,7 +210,7 @@ int main(void)
         cmocka_unit_test(lights_without_transparent_casters_have_plain_maps),
         cmocka_unit_test(lights_behind_glass_have_lists),
         cmocka_unit_test(lights_without_casters_shine_without_a_shadow),
-        cmocka_unit_test(techniques_with_lists_can_color),
+        cmocka_unit_test(techniques_that_filter_say_so),
         cmocka_unit_test(queries_name_what_a_map_has),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

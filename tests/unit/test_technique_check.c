@@ -78,7 +78,23 @@ static void area_lights_and_colors_are_warned_of_by_the_row(void **state)
         &(struct technique_demand){.quality = &quality, .is_rasterised = true, .area_lights = 2},
         SHADOW_CAN_AREA_LIGHTS, "2 area lights have a hard shadow, from the centre");
     expect_warnings(&(struct technique_demand){.quality = &quality, .unfiltered_lights = 2},
-                    SHADOW_CAN_COLOR, "unchanged, of 2 of 3 lights");
+                    SHADOW_CAN_FILTER, "unchanged, of 2 of 3 lights");
+}
+
+static void what_becomes_of_light_in_glass_is_warned_of_by_the_row(void **state)
+{
+    (void)state;
+    const struct view_quality quality = {.samples = 1};
+    expect_warnings(&(struct technique_demand){.quality = &quality, .gray_lights = 2},
+                    SHADOW_CAN_COLOR, "without colouring it, of 2 of 3 lights");
+    expect_warnings(&(struct technique_demand){.quality = &quality, .layered_lights = 2},
+                    SHADOW_CAN_LAYERS, "the light behind the last, of 2 of 3 lights");
+    expect_warnings(&(struct technique_demand){.quality = &quality, .bodied_lights = 2},
+                    SHADOW_CAN_INSIDE,
+                    "no shadow on itself, and haze behind the first gets the "
+                    "light behind the last, of 2 of 3 lights; deep tells");
+    expect_warnings(&(struct technique_demand){.quality = &quality, .excluding_lights = 2},
+                    SHADOW_CAN_SELF_SHADOW, "of 2 of 3 lights; deep leaves them out");
 }
 
 static void thick_media_are_warned_of(void **state)
@@ -101,6 +117,7 @@ int main(void)
         cmocka_unit_test(a_demand_that_the_row_meets_passes_silently),
         cmocka_unit_test(references_samples_and_linked_lists_are_refused_by_the_row),
         cmocka_unit_test(area_lights_and_colors_are_warned_of_by_the_row),
+        cmocka_unit_test(what_becomes_of_light_in_glass_is_warned_of_by_the_row),
         cmocka_unit_test(thick_media_are_warned_of),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -86,14 +86,14 @@ static void lists_are_lit_at_once(void **state)
     uint64_t surfaces = 0;
     const struct surface_lighter lighter = {.context = &surfaces, .light = add_surfaces};
     assert_int_equal(lists->count_sets(&layers), 0);
-    assert_true(lists->light(&layers, &frame, &lighter, &err));
+    assert_true(lists->light(&layers, &frame, NULL, &lighter, &err));
     assert_int_equal(surfaces, 0);
     layers.layer_count = 7;
     assert_int_equal(lists->count_sets(&layers), 1);
-    assert_true(lists->light(&layers, &frame, &lighter, &err));
+    assert_true(lists->light(&layers, &frame, NULL, &lighter, &err));
     assert_int_equal(surfaces, 7);
     layers.layer_count = 9; /* a lighter that fails */
-    assert_false(lists->light(&layers, &frame, &lighter, &err));
+    assert_false(lists->light(&layers, &frame, NULL, &lighter, &err));
 }
 
 int main(void)

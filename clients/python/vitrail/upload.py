@@ -17,7 +17,7 @@ Path = Union[str, "os.PathLike[str]"]
 # By suffix: the names of the formats beside glTF.
 FORMATS = {".obj": "obj", ".ply": "ply", ".stl": "stl", ".fbx": "fbx", ".dae": "collada",
            ".3mf": "3mf", ".3ds": "3ds", ".iv": "iv",
-           ".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges"}
+           ".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges", ".vdb": "vdb"}
 UNITS_M = {"mm": 0.001, "cm": 0.01, "m": 1, "in": 0.0254, "ft": 0.3048}
 
 

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// What a transparent caster does to a texel that keeps four floats instead of a list.
+//   otherwise     blending multiplies the filter into rgb, and leaves the nearest depth in alpha
+//   BLENDED       as published, from the light on: a caster adds its colour to the share that it
+//                 lets through of what is there. Of its filter t the share is the least channel
+//                 and the colour the rest, so that a single caster is right
+//   CHANCE        blending leaves the nearest of the depths that casters take by chance: four of
+//                 one opacity, that of the filter's luminance
+//   ONE_CHANCE    (CHANCE, too) all four are one
+//   COLOR_CHANCE  (CHANCE, too) of each colour one; alpha is the nearest of the three
+// Casters behind the nearest opaque one fail the depth test.
+#include "shadows/shadow_caster.glsl"
+
+#ifdef BLENDED
+layout(location = 0, index = 0) out vec4 o_texel;
+layout(location = 0, index = 1) out vec4 o_share;
+#else
+layout(location = 0) out vec4 o_texel;
+#endif
+
+#ifdef CHANCE
+flat in uint v_primitive;
+#include "shadows/shadow_noise.glsl"
+#ifdef ONE_CHANCE
+#define GRAY_NOISE(at) vec4(shadow_noise_alone(at))
+#else
+#define GRAY_NOISE(at) shadow_noise(at, 4u)
+#endif
+const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
+
+// As much of the light as the filter takes stops here: the chance alpha (1 - t) of McGuire and
+// Enderton 2011 is 1 less the filter.
+bvec4 caster_stops(vec3 t)
+{
+    uvec2 at = uvec2(gl_FragCoord.xy);
+#ifdef COLOR_CHANCE
+    bvec3 stops = lessThan(shadow_noise(at, 1u).rgb, 1.0 - t);
+    return bvec4(stops, any(stops));
+#else
+    return lessThan(GRAY_NOISE(at), vec4(1.0 - dot(t, LUMINANCE)));
+#endif
+}
+#endif
+
+void main()
+{
+    vec3 t = caster_transmittance();
+    if (t == vec3(1.0))
+        discard;
+#ifdef CHANCE
+    bvec4 stops = caster_stops(t);
+    if (!any(stops))
+        discard;
+    o_texel = mix(vec4(SHADOW_TEXEL_FAR), vec4(caster_depth()), stops);
+#elif defined BLENDED
+    float share = min(t.r, min(t.g, t.b));
+    o_texel = vec4(t - share, caster_depth());
+    o_share = vec4(share);
+#else
+    o_texel = vec4(t, caster_depth());
+#endif
+}
