@@ -193,7 +193,7 @@ json_t *farm_frame_to_json(const struct farm_job *job, int position)
     json_put_text(&writer, "state", frame_state_names[frame->state]);
     json_put_integer(&writer, "attempts", (uint64_t)frame->attempts);
     json_put(&writer, "ms",
-             frame->ms > 0 ? json_real(round(10 * (double)frame->ms) / 10) : json_null());
+             frame->ms > 0 ? json_real(round(1000 * (double)frame->ms) / 1000) : json_null());
     json_put(&writer, "problem",
              frame->code == ERROR_NONE ? json_null()
                                        : problem_to_object(frame->code, frame->problem));
