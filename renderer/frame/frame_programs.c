@@ -9,6 +9,7 @@
 #include "renderer/shading/screen.h"
 #include "renderer/shading/shade.h"
 #include "renderer/shadows/shadow_programs.h"
+#include "renderer/shadows/technique.h"
 #include "renderer/window/apart.h"
 
 static bool needs(const struct frame_programs_desc *desc, enum plan_need need)
@@ -127,9 +128,9 @@ static void list_surfaces(const struct listing *listing, const struct geometry_i
         light_lists_list_programs(quality->light_lists, quality->faithful,
                                   listing->frame.limits->is_software, listing->list);
     if (needs(desc, PLAN_NEED_TRACED_SHADOWS) || needs(desc, PLAN_NEED_VISIBILITY))
-        traced_shadows_list_programs(&listing->frame,
-                                     has_layers ? desc->plan->plan.transparency->surfaces : NULL,
-                                     listing->list);
+        traced_shadows_list_programs(
+            &listing->frame, has_layers ? desc->plan->plan.transparency->surfaces : NULL,
+            shadow_finder_of(desc->plan->plan.window_shadows), listing->list);
     if (needs(desc, PLAN_NEED_COLOR))
         apart_list_programs(&listing->frame, listing->list);
     if (needs(desc, PLAN_NEED_REFRACTION))

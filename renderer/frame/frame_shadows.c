@@ -9,6 +9,13 @@
 #include "renderer/frame/frame_raytrace.h"
 #include "renderer/shadows/technique.h"
 
+/* For the report: of what looks at the points of windows. */
+static const char *technique_of(const struct frame_run *run)
+{
+    const struct shadow_method *method = run->frame_plan->plan.window_shadows;
+    return method ? shadow_technique_name((int)method->id) : PLAN_RAYS;
+}
+
 bool frame_shadows_begin(const struct frame_run *run, struct error *err)
 {
     struct frame_context *context = run->context;
@@ -30,8 +37,16 @@ bool frame_shadows_begin(const struct frame_run *run, struct error *err)
     for (size_t i = 0; i < needs->light_count; i++)
         is_shadowed[i] = frame_run_rays(run) && needs->lights[i].is_traced;
     frame_drop_other_traced(run->context, run->scene->key);
-    bool ok = traced_shadows_begin(traced, &desc, is_shadowed,
-                                   run->frame_plan->shaders.visibility_lobes, err);
+    const struct traced_desc begun = {
+        .finder = shadow_finder_of(run->frame_plan->plan.window_shadows),
+        .technique = technique_of(run),
+        .finding = {.desc = &desc,
+                    .is_shadowed = is_shadowed,
+                    .programs = renderer->programs,
+                    .limits = gl_context_limits(renderer->gl)},
+        .visibility_lobes = run->frame_plan->shaders.visibility_lobes,
+    };
+    bool ok = traced_shadows_begin(traced, &begun, err);
     free(is_shadowed);
     return ok;
 }
@@ -55,30 +70,40 @@ bool frame_shadows_collect(const struct frame_run *run, const struct window_fram
             (!traced->visibility_lobes || traced_shadows_see(traced, err)));
 }
 
+/* Whether the frame's rays went through a scene of their own. */
+static void report_build(const struct frame_run *run, const struct traced_shadows *traced,
+                         const char *because)
+{
+    struct frame_report *report = &run->frame->report;
+    if (!traced->rays)
+        return;
+    if (traced->stats.is_scene_reused)
+        report_add_reused(report, "raytrace.build");
+    else
+        report_add_pass(report, "raytrace.build", because,
+                        traced->finder && !traced->finder->reads_points ? PLAN_RAYS
+                                                                        : technique_of(run),
+                        traced->stats.build_ms, REPORT_SHADOW);
+    report_add_bytes(report, "raytrace", traced->stats.scene_bytes);
+}
+
 static void report_rays(const struct frame_run *run, const struct traced_shadows *traced)
 {
     const struct plan *plan = &run->frame_plan->plan;
     const struct shadow_method *method = plan->window_shadows;
-    const char *technique = method ? shadow_technique_name((int)method->id) : PLAN_RAYS;
+    const char *technique = technique_of(run);
     const struct plan_requirement *seen = &plan->requirements[PLAN_NEED_VISIBILITY];
     const char *because =
         plan->requirements[method ? PLAN_NEED_TRACED_SHADOWS : seen->need].because;
     struct frame_report *report = &run->frame->report;
-    if (traced->stats.is_scene_reused)
-        report_add_reused(report, "raytrace.build");
-    else
-        report_add_pass(report, "raytrace.build", because, technique, traced->stats.build_ms,
-                        REPORT_SHADOW);
-    if (method)
-        report_add_pass(report, "shadow.trace", because, technique, traced->stats.trace_ms,
-                        REPORT_SHADOW);
+    report_build(run, traced, because);
+    traced_shadows_report(traced, &(struct shadow_report){report, because, technique});
     if (traced->stats.haze_ms > 0)
         report_add_pass(report, "atmosphere.trace", "lights shine into the atmosphere", technique,
                         traced->stats.haze_ms, REPORT_SHADE);
     if (seen->is_met)
         report_add_pass(report, "environment.trace", seen->because, PLAN_RAYS, traced->stats.see_ms,
                         REPORT_SHADOW);
-    report_add_bytes(report, "raytrace", traced->stats.scene_bytes);
     report_add_bytes(report, "shadow.traced", traced->window_bytes);
     if (method)
         report->counts.shadowed_lights = plan->traced_lights;
@@ -89,7 +114,7 @@ void frame_shadows_end(const struct frame_run *run)
 {
     struct frame_context *context = run->context;
     struct traced_shadows *traced = &context->shadow_rays;
-    if (traced->rays)
+    if (traced->rays || traced->finder)
         report_rays(run, traced);
     traced_shadows_end(traced);
     frame_budget_end_rays(run);

@@ -216,8 +216,11 @@ static bool light_traced(struct lighting *lighting, uint32_t chunk_count,
     for (uint32_t i = 0; i < chunk_count; i++, next_chunk(lighting)) {
         set_last(lighting, i + 1 == chunk_count);
         lighting_tell(lighting, 0);
-        if (!traced_shadows_trace(desc->traced, light_lists_clusters(desc->lists),
-                                  lighting->chunk.first, lighting->chunk.count, err))
+        const struct shadow_chunk chunk = {.frame = desc->frame,
+                                           .lists = desc->lists,
+                                           .first = lighting->chunk.first,
+                                           .count = lighting->chunk.count};
+        if (!traced_shadows_find(desc->traced, &chunk, err))
             return false;
         lighting->part++;
         if (piece) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Points to the CPU, filters to the GPU. */
+/* Points of a window to a finder, and what it found to shading. */
 #include "renderer/shadows/shadow_traced.h"
 
 #include <assert.h>
@@ -14,31 +14,56 @@
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/records.h"
 
-enum array_kind { POINTS, HEADS, LAYER_ENDS, TABLE, FILTERS, VISIBILITY };
-
 uint64_t traced_shadows_points_max(const struct gl_limits *limits)
 {
     uint64_t most = gl_limits_block(limits, sizeof(struct shadow_point));
     return most < TRACED_POINTS_MAX ? most : TRACED_POINTS_MAX;
 }
 
-bool traced_shadows_begin(struct traced_shadows *traced, const struct raytrace_desc *desc,
-                          const bool *is_shadowed, uint32_t visibility_lobes, struct error *err)
+/* What the finder of frames before has kept is none of this one's. */
+static void take_finder(struct traced_shadows *traced, const struct traced_desc *desc)
 {
+    traced->finder = desc->finder;
+    traced->technique = desc->technique;
+    if (!desc->finder || desc->finder == traced->owner)
+        return;
+    if (traced->owner && traced->owner->finish)
+        traced->owner->finish(traced);
+    traced->owner = desc->finder;
+}
+
+/* Rays for what they alone find; those that find shadows have begun. */
+static bool begin_rays(struct traced_shadows *traced, const struct raytrace_desc *desc,
+                       struct error *err)
+{
+    bool *none = calloc(desc->state->light_count + 1, sizeof *none);
+    if (!none)
+        return error_set(err, ERROR_NO_MEMORY, "%zu lights", desc->state->light_count);
+    traced->rays = raytrace_shadows_create(desc, none, &traced->stats, err);
+    free(none);
+    return traced->rays;
+}
+
+bool traced_shadows_begin(struct traced_shadows *traced, const struct traced_desc *desc,
+                          struct error *err)
+{
+    const struct raytrace_desc *rays = desc->finding.desc;
     traced_shadows_end(traced);
-    traced->visibility_lobes = visibility_lobes;
+    take_finder(traced, desc);
+    traced->visibility_lobes = desc->visibility_lobes;
     traced->has_lights = false;
-    for (size_t i = 0; i < desc->state->light_count; i++)
-        traced->has_lights |= is_shadowed[i];
+    for (size_t i = 0; i < rays->state->light_count; i++)
+        traced->has_lights |= desc->finding.is_shadowed[i];
     traced->window_bytes = 0;
     traced->missing_bytes = 0;
-    traced->rays = raytrace_shadows_create(desc, is_shadowed, &traced->stats, err);
-    return traced->rays != NULL;
+    traced->stats = (struct raytrace_stats){0};
+    return (!desc->finder || desc->finder->begin(traced, &desc->finding, err)) &&
+           (!desc->visibility_lobes || traced->rays || begin_rays(traced, rays, err));
 }
 
 uint32_t traced_shadows_record(const struct traced_shadows *traced, size_t light)
 {
-    return raytrace_shadows_filters(traced->rays, (uint32_t)light) ? 0 : NO_SHADOW;
+    return traced->finder->filters(traced, light) ? 0 : NO_SHADOW;
 }
 
 static void free_arrays(struct traced_shadows *traced)
@@ -53,6 +78,9 @@ static void free_arrays(struct traced_shadows *traced)
 
 void traced_shadows_end(struct traced_shadows *traced)
 {
+    if (traced->finder && traced->finder->end)
+        traced->finder->end(traced);
+    traced->finder = NULL;
     raytrace_shadows_destroy(traced->rays);
     traced->rays = NULL;
     free_arrays(traced);
@@ -72,19 +100,35 @@ void traced_shadows_free(struct traced_shadows *traced)
         gl_texture_finish(views[i]);
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         gl_buffer_finish(buffers[i]);
+    if (traced->owner && traced->owner->free)
+        traced->owner->free(traced);
 }
 
 void traced_shadows_finish(struct traced_shadows *traced)
 {
     traced_shadows_end(traced);
     traced_shadows_free(traced);
+    if (traced->owner && traced->owner->finish)
+        traced->owner->finish(traced);
     *traced = (struct traced_shadows){0};
+}
+
+/* Points, and what is found of them. */
+static uint64_t buffer_bytes(const struct traced_shadows *traced)
+{
+    return traced->points.size_bytes + traced->heads.size_bytes + traced->table.size_bytes +
+           traced->filters.size_bytes;
 }
 
 uint64_t traced_shadows_size_bytes(const struct traced_shadows *traced)
 {
-    return traced->points.size_bytes + traced->heads.size_bytes + traced->table.size_bytes +
-           traced->filters.size_bytes;
+    const struct shadow_finder *owner = traced->owner;
+    return buffer_bytes(traced) + (owner && owner->size_bytes ? owner->size_bytes(traced) : 0);
+}
+
+static bool reads_points(const struct traced_shadows *traced)
+{
+    return traced->visibility_lobes || !traced->finder || traced->finder->reads_points;
 }
 
 /* Room in a buffer, and in the texture that views it (optional): no more than asked for, where
@@ -93,10 +137,11 @@ static bool reserve(struct traced_shadows *traced, struct gl_buffer *buffer,
                     struct gl_texture *view, const char *label, uint32_t format, uint64_t bytes,
                     struct error *err)
 {
-    /* what rays found */
-    const bool from_host = format == GL_RG32UI || buffer == &traced->visibility;
-    uint64_t grown = traced_shadows_size_bytes(traced) - buffer->size_bytes +
-                     gl_buffer_reserved_bytes(buffer, bytes);
+    /* what is found on the CPU */
+    const bool from_host = buffer == &traced->visibility ||
+                           (format == GL_RG32UI && traced->finder && traced->finder->reads_points);
+    uint64_t grown =
+        buffer_bytes(traced) - buffer->size_bytes + gl_buffer_reserved_bytes(buffer, bytes);
     if (traced->most_bytes && buffer->size_bytes < bytes && grown > traced->most_bytes)
         gl_buffer_finish(buffer);
     if (!gl_buffer_reserve(buffer,
@@ -140,8 +185,11 @@ static void list_program(const struct window_frame *frame, struct collected coll
 }
 
 void traced_shadows_list_programs(const struct window_frame *frame,
-                                  const struct surface_kind *layers, struct program_list *list)
+                                  const struct surface_kind *layers,
+                                  const struct shadow_finder *finder, struct program_list *list)
 {
+    if (finder && finder->list_programs)
+        finder->list_programs(frame, list);
     if (layers)
         list_program(frame, (struct collected){.kind = layers}, true, list);
     list_program(frame, (struct collected){.kind = NULL}, false, list);
@@ -237,7 +285,9 @@ enum { FILTER_BYTES = 8 };
 static bool has_room(struct traced_shadows *traced, uint64_t pixel_count, uint64_t points)
 {
     uint64_t seen = points * traced->visibility_lobes * FILTER_BYTES;
-    uint64_t lists = points * (traced->has_lights ? POINT_BYTES : sizeof(struct shadow_point));
+    uint64_t own = traced->has_lights ? traced->finder->point_bytes : 0;
+    uint64_t lists =
+        points * (own + (traced->has_lights ? POINT_BYTES : sizeof(struct shadow_point)));
     uint64_t bytes = (traced->has_lights ? 2 : 1) * (pixel_count * 4 + lists) + seen;
     traced->missing_bytes = traced->most_bytes && bytes > traced->most_bytes ? bytes : 0;
     return !traced->missing_bytes;
@@ -246,16 +296,16 @@ static bool has_room(struct traced_shadows *traced, uint64_t pixel_count, uint64
 /* Buffers of larger windows leave none for filters: they begin anew. */
 static void drop_large(struct traced_shadows *traced)
 {
-    if (traced->most_bytes && traced_shadows_size_bytes(traced) > traced->most_bytes / 2)
+    if (traced->most_bytes && buffer_bytes(traced) > traced->most_bytes / 2)
         traced_shadows_free(traced);
 }
 
-/* Filters that one chunk may have, beside the buffers of points. */
-static size_t most_filters(const struct traced_shadows *traced)
+size_t traced_shadows_most_filters(const struct traced_shadows *traced)
 {
     uint64_t table = traced->window.count * 8;
     uint64_t seen = traced->window.count * traced->visibility_lobes * FILTER_BYTES;
-    uint64_t used = traced->points.size_bytes + traced->heads.size_bytes +
+    uint64_t own = traced->finder ? traced->window.count * traced->finder->point_bytes : 0;
+    uint64_t used = own + traced->points.size_bytes + traced->heads.size_bytes +
                     (seen > traced->visibility.size_bytes ? seen : traced->visibility.size_bytes) +
                     (table > traced->table.size_bytes ? table : traced->table.size_bytes);
     uint64_t room = traced->most_bytes > used ? (traced->most_bytes - used) / 8 : 0;
@@ -289,7 +339,7 @@ static enum traced_outcome collect(struct traced_shadows *traced, const struct w
     return TRACED_COLLECTED;
 }
 
-static bool read_array(struct traced_shadows *traced, enum array_kind array,
+static bool read_array(struct traced_shadows *traced, enum traced_array array,
                        const struct gl_buffer *buffer, uint64_t bytes, struct error *err)
 {
     traced->arrays[array] = calloc(1, bytes ? bytes : 1); /* a lost context reads nothing */
@@ -309,20 +359,24 @@ static bool read_points(struct traced_shadows *traced, const struct window_frame
     uint64_t layer_count = layers ? layers->layer_count : 0, count = layer_count + surfaces;
     uint64_t pixel_bytes = 4 * (uint64_t)w->width * (uint64_t)w->height;
     free_arrays(traced);
-    traced->arrays[TABLE] = calloc(count + 1, 2 * sizeof(uint32_t));
-    if (!traced->arrays[TABLE])
-        return error_set(err, ERROR_NO_MEMORY, "%llu points in shadow", (unsigned long long)count);
-    if (!read_array(traced, POINTS, &traced->points, count * sizeof(struct shadow_point), err) ||
-        !read_array(traced, HEADS, &traced->heads, pixel_bytes, err) ||
-        (layer_count &&
-         !read_array(traced, LAYER_ENDS, layers->method->ends(layers), pixel_bytes, err)))
-        return false;
+    if (reads_points(traced)) {
+        traced->arrays[TRACED_TABLE] = calloc(count + 1, 2 * sizeof(uint32_t));
+        if (!traced->arrays[TRACED_TABLE])
+            return error_set(err, ERROR_NO_MEMORY, "%llu points in shadow",
+                             (unsigned long long)count);
+        if (!read_array(traced, TRACED_POINTS, &traced->points, count * sizeof(struct shadow_point),
+                        err) ||
+            !read_array(traced, TRACED_HEADS, &traced->heads, pixel_bytes, err) ||
+            (layer_count && !read_array(traced, TRACED_LAYER_ENDS, layers->method->ends(layers),
+                                        pixel_bytes, err)))
+            return false;
+    }
     traced->window = (struct raytrace_shadow_points){
-        .points = traced->arrays[POINTS],
+        .points = traced->arrays[TRACED_POINTS],
         .count = count,
         .layer_count = layer_count,
-        .layer_ends = traced->arrays[LAYER_ENDS],
-        .heads = traced->arrays[HEADS],
+        .layer_ends = traced->arrays[TRACED_LAYER_ENDS],
+        .heads = traced->arrays[TRACED_HEADS],
         .width = w->width,
         .height = w->height,
         .image_x = w->x,
@@ -339,8 +393,8 @@ enum traced_outcome traced_shadows_collect(struct traced_shadows *traced,
     gpu_scope_begin(frame->timeline,
                     &(struct gpu_scope_desc){
                         .pass = "shadow.points",
-                        .because = "rays are to start from the surfaces that are in view",
-                        .technique = traced->has_lights ? "raytraced-shadows" : "rays",
+                        .because = "shadows are to be found on the surfaces that are in view",
+                        .technique = traced->technique,
                         .stage = REPORT_SHADOW,
                     });
     enum traced_outcome outcome = collect(traced, frame, layers, &surfaces, err);
@@ -368,7 +422,7 @@ bool traced_shadows_collect_apart(struct traced_shadows *traced, const struct wi
     gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
                                          .pass = "shadow.points",
                                          .because = "samples are lit apart where light differs",
-                                         .technique = "raytraced-shadows",
+                                         .technique = traced->technique,
                                          .stage = REPORT_SHADOW,
                                      });
     /* others have no points */
@@ -381,23 +435,11 @@ bool traced_shadows_collect_apart(struct traced_shadows *traced, const struct wi
 
 uint32_t traced_shadows_room(struct traced_shadows *traced, const struct clusters *clusters)
 {
-    size_t most = most_filters(traced);
-    uint32_t room = raytrace_shadows_room(traced->rays, &traced->window, clusters, most);
+    size_t most = traced_shadows_most_filters(traced);
+    uint32_t room = traced->finder->room(traced, clusters, most);
     if (!room && most < TRACED_FILTERS_MAX)
         traced->missing_bytes = traced->most_bytes + traced->window.count * 8;
     return room;
-}
-
-/* Pages of it that nothing is written to cost nothing. */
-static bool reserve_filters(struct traced_shadows *traced, uint64_t count, struct error *err)
-{
-    size_t most = most_filters(traced), capacity = count < most ? count : most;
-    if (capacity <= traced->filter_capacity)
-        return true;
-    free(traced->arrays[FILTERS]);
-    traced->arrays[FILTERS] = malloc(capacity * 2 * sizeof(uint32_t));
-    traced->filter_capacity = traced->arrays[FILTERS] ? capacity : 0;
-    return traced->filter_capacity || error_set(err, ERROR_NO_MEMORY, "%zu shadow rays", capacity);
 }
 
 static void note_bytes(struct traced_shadows *traced, uint64_t filters)
@@ -406,42 +448,41 @@ static void note_bytes(struct traced_shadows *traced, uint64_t filters)
     uint64_t pixels = (uint64_t)window->width * (uint64_t)window->height;
     uint64_t each = sizeof(struct shadow_point) + traced->visibility_lobes * FILTER_BYTES;
     uint64_t bytes = window->count * each + pixels * 4 + filters * FILTER_BYTES;
-    bytes += traced->has_lights ? window->count * 8 : 0;
+    bytes += traced->has_lights ? window->count * (8 + traced->finder->point_bytes) : 0;
     if (bytes > traced->window_bytes)
         traced->window_bytes = bytes;
 }
 
-bool traced_shadows_trace(struct traced_shadows *traced, const struct clusters *clusters,
-                          uint32_t first, uint32_t count, struct error *err)
+bool traced_shadows_reserve(struct traced_shadows *traced, uint64_t filters, struct error *err)
 {
-    uint64_t points = traced->window.count;
-    if (!reserve_filters(traced, points * raytrace_shadows_most_filters(traced->rays, count) + 1,
-                         err))
+    return reserve(traced, &traced->table, &traced->table_view, "shadow.traced.points", GL_RG32UI,
+                   traced->window.count * 8, err) &&
+           reserve(traced, &traced->filters, &traced->filter_view, "shadow.traced.filters",
+                   GL_RG32UI, filters * 8, err);
+}
+
+bool traced_shadows_find(struct traced_shadows *traced, const struct shadow_chunk *chunk,
+                         struct error *err)
+{
+    uint64_t filters = 0;
+    if (!traced->finder->find(traced, chunk, &filters, err))
         return false;
-    struct raytrace_shadow_chunk chunk = {.clusters = clusters,
-                                          .first = first,
-                                          .count = count,
-                                          .table = traced->arrays[TABLE],
-                                          .filters = traced->arrays[FILTERS],
-                                          .capacity = traced->filter_capacity};
-    if (!raytrace_shadows_trace(traced->rays, &traced->window, &chunk, &traced->stats, err) ||
-        !reserve(traced, &traced->table, &traced->table_view, "shadow.traced.points", GL_RG32UI,
-                 points * 8, err) ||
-        !reserve(traced, &traced->filters, &traced->filter_view, "shadow.traced.filters", GL_RG32UI,
-                 chunk.filter_count * 8, err))
-        return false;
-    gl_buffer_write(&traced->table, 0, points * 8, chunk.table);
-    gl_buffer_write(&traced->filters, 0, chunk.filter_count * 8, chunk.filters);
-    note_bytes(traced, chunk.filter_count);
+    note_bytes(traced, filters);
     return true;
+}
+
+void traced_shadows_report(const struct traced_shadows *traced, const struct shadow_report *report)
+{
+    if (traced->finder)
+        traced->finder->report(traced, report);
 }
 
 bool traced_shadows_see(struct traced_shadows *traced, struct error *err)
 {
     uint64_t bytes = traced->window.count * traced->visibility_lobes * FILTER_BYTES;
     void *found = calloc(1, bytes + 1); /* points without light have none */
-    free(traced->arrays[VISIBILITY]);
-    traced->arrays[VISIBILITY] = found;
+    free(traced->arrays[TRACED_VISIBILITY]);
+    traced->arrays[TRACED_VISIBILITY] = found;
     if (!found)
         return error_set(err, ERROR_NO_MEMORY, "%llu points in the light of the environment",
                          (unsigned long long)traced->window.count);

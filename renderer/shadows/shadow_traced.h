@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: MIT */
-/* Ray-traced shadows in a rasterised frame. The rasteriser finds the surfaces of a window, opaque
- * ones and every layer of the lists; rays on the CPU find what each light loses on its way
- * to them (renderer/raytrace/raytrace_shadows.h); shading reads that in place of any map. Thread:
- * GL. */
+/* Shadows of the points of a window in a rasterised frame. The rasteriser finds the surfaces of a
+ * window, opaque ones and every layer of the lists; a finder (shadow_finder.h) finds what each
+ * light loses on its way to them; shading reads that in place of any map. Rays on the CPU
+ * (renderer/raytrace/raytrace_shadows.h) find besides how much of a map's light gets there, and
+ * what lights haze. Thread: GL. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_TRACED_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_TRACED_H
 
 #include "renderer/lights/clusters.h"
 #include "renderer/raytrace/raytrace_shadows.h"
+#include "renderer/shadows/shadow_finder.h"
 #include "renderer/transparency/method.h"
 
 enum {
@@ -19,20 +21,35 @@ enum {
 /* Points that a window may have. */
 uint64_t traced_shadows_points_max(const struct gl_limits *limits);
 
+/* In the memory of the CPU. */
+enum traced_array {
+    TRACED_POINTS,
+    TRACED_HEADS,
+    TRACED_LAYER_ENDS,
+    TRACED_TABLE,
+    TRACED_FILTERS,
+    TRACED_VISIBILITY,
+    TRACED_ARRAYS
+};
+
 struct traced_shadows { /* zeroed before begin; buffers are kept between frames */
     struct gl_buffer points, heads, counter, table, filters, visibility;
     struct gl_texture head_view, table_view, filter_view;
 
-    struct raytrace_shadows *rays; /* of the frame */
-    struct yield_point yield;      /* of the frame */
+    const struct shadow_finder *finder; /* of the frame; NULL: of no light */
+    const char *technique;              /* of its points, for the report */
+    void *own;                          /* the finder's; kept between frames that have the same */
+    const struct shadow_finder *owner;  /* of `own` */
+    struct raytrace_shadows *rays;      /* of the frame; NULL where nothing is traced */
+    struct yield_point yield;           /* of the frame */
     struct raytrace_stats stats;
 
-    bool has_lights; /* of the frame: some light's shadow is traced */
+    bool has_lights; /* of the frame: some light's shadow is found */
     /* Likewise: enum VISIBILITY_* of each point; 0: light of a map passes all. */
     uint32_t visibility_lobes;
 
-    struct raytrace_shadow_points window;
-    void *arrays[6]; /* of the window: points, heads, list ends, table, filters, visibility */
+    struct raytrace_shadow_points window; /* its arrays are NULL where they are not read back */
+    void *arrays[TRACED_ARRAYS];          /* of the window */
     size_t filter_capacity;
     uint64_t window_bytes; /* on the device, of the window of this frame that took most */
     uint64_t most_bytes;   /* that the buffers may take; 0: any */
@@ -40,11 +57,15 @@ struct traced_shadows { /* zeroed before begin; buffers are kept between frames 
     uint64_t missing_bytes;
 };
 
-/* Begins a frame. desc, is_shadowed: as raytrace_shadows_create takes them; visibility_lobes: of
- * struct traced_shadows. */
-MUST_CHECK bool traced_shadows_begin(struct traced_shadows *traced,
-                                     const struct raytrace_desc *desc, const bool *is_shadowed,
-                                     uint32_t visibility_lobes, struct error *err);
+struct traced_desc {
+    const struct shadow_finder *finder; /* NULL: no light's shadow is found */
+    const char *technique;              /* required */
+    struct shadow_finding finding;      /* is_shadowed: nowhere without a finder */
+    uint32_t visibility_lobes;          /* of struct traced_shadows */
+};
+/* Begins a frame. */
+MUST_CHECK bool traced_shadows_begin(struct traced_shadows *traced, const struct traced_desc *desc,
+                                     struct error *err);
 /* The value for the light's record: NO_SHADOW, or any other. */
 uint32_t traced_shadows_record(const struct traced_shadows *traced, size_t light);
 /* Drops what belongs to the frame. */
@@ -69,9 +90,15 @@ MUST_CHECK bool traced_shadows_collect_apart(struct traced_shadows *traced,
 /* Lights of each list that one chunk has room for; 0: the window must be split, as above. */
 uint32_t traced_shadows_room(struct traced_shadows *traced, const struct clusters *clusters);
 
-/* Traces `count` lights of every list from the first-th on, and uploads what they found. */
-MUST_CHECK bool traced_shadows_trace(struct traced_shadows *traced, const struct clusters *clusters,
-                                     uint32_t first, uint32_t count, struct error *err);
+/* Finds the shadows of the chunk's lights, for shading. */
+MUST_CHECK bool traced_shadows_find(struct traced_shadows *traced, const struct shadow_chunk *chunk,
+                                    struct error *err);
+
+/* Of finders: room in table and filters. Without a budget, or within it, as the window has. */
+MUST_CHECK bool traced_shadows_reserve(struct traced_shadows *traced, uint64_t filters,
+                                       struct error *err);
+/* The most filters that a chunk may have, beside the buffers of points. */
+size_t traced_shadows_most_filters(const struct traced_shadows *traced);
 
 /* With visibility_lobes: finds what is left of the map's light at the points that were collected
  * last, and uploads it. */
@@ -83,10 +110,12 @@ MUST_CHECK bool traced_shadows_light_haze(struct traced_shadows *traced,
                                           const struct window_frame *frame,
                                           struct raytrace_shadow_haze *haze, struct error *err);
 
-/* The programs that collect points; of frame what geometry_list_transparent needs. layers: the kind
- * of the transparent surfaces in view; NULL: there are none. Thread: any. */
+/* The programs that collect points, and those of the finder, which may be NULL; of frame what
+ * geometry_list_transparent needs. layers: the kind of the transparent surfaces in view; NULL:
+ * there are none. Thread: any. */
 void traced_shadows_list_programs(const struct window_frame *frame,
-                                  const struct surface_kind *layers, struct program_list *list);
+                                  const struct surface_kind *layers,
+                                  const struct shadow_finder *finder, struct program_list *list);
 
 /* Binds the buffers of a shading program with HAS_TRACED_SHADOWS. */
 void traced_shadows_bind(const struct traced_shadows *traced, const struct gl_program *program);
@@ -97,6 +126,8 @@ void traced_shadows_bind_visibility(const struct traced_shadows *traced,
 
 /* Limits the buffers from now on; 0: to nothing. Without a call they have no limit. */
 void traced_shadows_set_budget(struct traced_shadows *traced, uint64_t bytes);
+/* Adds what the finder did to a report, after the last window of a frame. */
+void traced_shadows_report(const struct traced_shadows *traced, const struct shadow_report *report);
 /* Gives what the buffers take back to the device; rays stay. */
 void traced_shadows_free(struct traced_shadows *traced);
 void traced_shadows_finish(struct traced_shadows *traced);

@@ -13,6 +13,7 @@
 struct frame_report;
 struct shadow_builder;
 struct shadow_features;
+struct shadow_finder;
 struct shadow_record;
 
 enum shadow_scope {
@@ -66,6 +67,9 @@ struct shadow_structure {
     void (*forecast)(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
     /* The error of shadows (forecast.h); NULL: none, so that edges alone are off. Thread: any. */
     double (*forecast_error)(const struct forecast_setting *setting);
+
+    /* Of SHADOW_PER_WINDOW: what finds the shadows. */
+    const struct shadow_finder *finder;
 
     /* The rest is of SHADOW_PER_LIGHT; functions are optional. */
     uint64_t texel_bytes; /* least memory of a texel, known before the structure is built */
@@ -132,7 +136,9 @@ const struct shadow_method *shadow_method_choose(const struct shadow_casters *ca
 /* struct shadow_method.wants of techniques that are for transparent casters alone. */
 bool shadow_wants_transparent(const struct shadow_casters *casters,
                               const struct view_quality *quality);
-/* Whether rays, or others, find the shadows of each window where the request names a technique. */
+/* What finds its shadows; NULL of NULL, and of techniques with structures. */
+const struct shadow_finder *shadow_finder_of(const struct shadow_method *method);
+/* Whether a finder finds the shadows of each window where the request names a technique. */
 bool shadow_is_per_window(enum shadow_technique technique);
 
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* `raytraced-shadows`: rays on the processor find the shadow of every surface and layer of a window
  * (shadow_traced.h). */
+#include "renderer/shadows/shadow_finder.h"
 #include "renderer/shadows/technique.h"
 
 static bool wants(const struct shadow_casters *casters, const struct view_quality *quality)
@@ -26,6 +27,7 @@ const struct shadow_structure shadow_structure_rays = {
     .passes = passes,
     .trials = trials,
     .forecast = forecast_add_points,
+    .finder = &shadow_finder_rays,
 };
 
 const struct shadow_method shadow_method_rays = {

@@ -62,6 +62,11 @@ bool shadow_wants_transparent(const struct shadow_casters *casters,
     return casters->transparent_count > 0;
 }
 
+const struct shadow_finder *shadow_finder_of(const struct shadow_method *method)
+{
+    return method ? method->structure->finder : NULL;
+}
+
 bool shadow_is_per_window(enum shadow_technique technique)
 {
     const struct shadow_method *method = shadow_method_of(technique);
