@@ -51,7 +51,7 @@ def fbx_property(value):
     if kind == "I":
         return b"I" + struct.pack("<i", values)
     packed = zlib.compress(struct.pack(f"<{len(values)}{kind}", *values))
-    return kind.encode() + struct.pack("<III", len(values), 1, len(packed)) + packed
+    return kind.replace("q", "l").encode() + struct.pack("<III", len(values), 1, len(packed)) + packed
 
 
 def fbx_node(at, name, properties, *children):
@@ -65,7 +65,24 @@ def fbx_node(at, name, properties, *children):
             + name.encode() + own + inner)
 
 
-def binary_fbx():
+FBX_SECOND = 46186158000
+FBX_VERSION = ("Version", [("I", 100)])
+FBX_WALK = (  # along +X by 0, 1 and 4 inches at 0, 0.25 and 3 s
+    [("AnimationStack", [51, "Walk\0\1AnimStack", ""], FBX_VERSION),
+     ("AnimationLayer", [52, "L\0\1AnimLayer", ""], FBX_VERSION),
+     ("AnimationCurveNode", [53, "T\0\1AnimCurveNode", ""], FBX_VERSION),
+     ("AnimationCurve", [61, "\0\1AnimCurve", ""],
+      ("Default", [0.0]), ("KeyVer", [("I", 4008)]),
+      ("KeyTime", [("q", (0, FBX_SECOND // 4, 3 * FBX_SECOND))]),
+      ("KeyValueFloat", [("f", (0, 1, 4))]),
+      ("KeyAttrFlags", [("i", (24836,))]),
+      ("KeyAttrDataFloat", [("f", (0, 0, 0, 0))]),
+      ("KeyAttrRefCount", [("i", (3,))]))],
+    [("C", ["OO", 52, 51]), ("C", ["OO", 53, 52]), ("C", ["OP", 53, 12, "Lcl Translation"]),
+     ("C", ["OP", 61, 53, "d|X"])])
+
+
+def binary_fbx(objects=(), connections=()):
     """A triangle of width 1 and height 2 in inches, with +Z up."""
     content = b"Kaydara FBX Binary  \0\x1a\0" + struct.pack("<I", 7300)
     for top in (
@@ -78,8 +95,8 @@ def binary_fbx():
              ("Geometry", [11, "G\0\1Geometry", "Mesh"],
               ("Vertices", [("d", (0, 0, 0, 1, 0, 0, 0, 0, 2))]),
               ("PolygonVertexIndex", [("i", (0, 1, -3))])),
-             ("Model", [12, "N\0\1Model", "Mesh"], ("Version", [("I", 232)]))),
-            ("Connections", [], ("C", ["OO", 12, 0]), ("C", ["OO", 11, 12]))):
+             ("Model", [12, "N\0\1Model", "Mesh"], ("Version", [("I", 232)])), *objects),
+            ("Connections", [], ("C", ["OO", 12, 0]), ("C", ["OO", 11, 12]), *connections)):
         content += fbx_node(len(content), *top)
     return content + bytes(13 + 160)
 
@@ -203,6 +220,13 @@ class SceneFormats(support.ServiceTest):
         cut = self.post(binary_fbx()[:-300], "application/octet-stream", "?format=fbx")
         self.assertEqual((422, "invalid_scene"), (cut.status, cut.code))
         self.assertIn("FBX: ", cut.json()["detail"])
+
+    def test_a_binary_fbx_moves(self):
+        summary = self.post(binary_fbx(*FBX_WALK), "application/octet-stream", "?format=fbx").json()
+        still = self.post(binary_fbx(), "application/octet-stream", "?format=fbx").json()
+        self.assertEqual([], still["animations"])
+        self.assertEqual([("Walk", 3)], [(one["name"], one["duration_s"])
+                                         for one in summary["animations"]])
 
     def test_a_converter_that_fails_is_named(self):
         with support.Daemon("--decode-timeout-s", "4") as daemon:
