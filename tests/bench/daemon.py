@@ -2,6 +2,7 @@
 """A vitraild of its own for measurements over HTTP."""
 import json
 import os
+import pathlib
 import subprocess
 import time
 import urllib.error
@@ -47,6 +48,16 @@ class Daemon:
             return True
         except urllib.error.HTTPError:
             return False
+
+    def cpu_ms(self):
+        """Processor time of the server's own process, without its workers."""
+        used = 0
+        for task in pathlib.Path(f"/proc/{self.process.pid}/task").iterdir():
+            try:
+                used += int((task / "schedstat").read_text().split()[0])
+            except OSError:
+                pass  # a thread that ended meanwhile
+        return used / 1e6
 
     def stop(self):
         self.process.terminate()

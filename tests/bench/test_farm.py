@@ -41,6 +41,7 @@ class Farm(unittest.TestCase):
             self.assertGreater(document[how]["wall_s"], 0)
             self.assertGreater(document[how]["cpu_s"], 0)
         self.assertGreater(document["job"]["frame_ms"], 0)
+        self.assertGreater(document["job"]["machinery_cpu_ms"], 0)
         for beside in ("alone", "beside_a_job"):
             for kind in ("urgent", "default"):
                 found = document["latency"][beside][kind]

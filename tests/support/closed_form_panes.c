@@ -136,6 +136,30 @@ static void random_pane(uint64_t *state, int index, struct closed_form_pane *pan
     pane->color[3] = pane->is_blend ? closed_form_random(state, 0.1, 0.9) : 1;
 }
 
+static void add_smoke(struct glb_builder *builder)
+{
+    enum { SIDE = 24 };
+    const double radius = 0.8, height = 0.9;
+    static float values[SIDE * SIDE * SIDE];
+    for (int i = 0; i < SIDE * SIDE * SIDE; i++) {
+        const int place[3] = {i % SIDE, i / SIDE % SIDE, i / SIDE / SIDE};
+        double square = 0;
+        for (int k = 0; k < 3; k++)
+            square += pow((place[k] + 0.5) / SIDE * 2 - 1, 2);
+        values[i] = (float)fmax(1 - square, 0);
+    }
+    int grid = glb_builder_add_grid(
+        builder, &(struct glb_grid_desc){.name = "Smoke",
+                                         .size = {SIDE, SIDE, SIDE},
+                                         .values = values,
+                                         .low = {-radius, height - radius, -radius},
+                                         .high = {radius, height + radius, radius},
+                                         .density = 1.5,
+                                         .color = {0.9, 0.8, 0.7},
+                                         .anisotropy = 0.2});
+    glb_builder_add_node(builder, &(struct glb_node_desc){.name = "Smoke", .grid = grid});
+}
+
 void random_panes_scene_build(const struct random_panes_scene_desc *desc,
                               struct closed_form_scene *scene)
 {
@@ -147,6 +171,8 @@ void random_panes_scene_build(const struct random_panes_scene_desc *desc,
         random_pane(&state, k, &scene->panes[k]);
         closed_form_add_pane(builder, &scene->panes[k]);
     }
+    if (desc->has_smoke)
+        add_smoke(builder);
     scene->light =
         (struct closed_form_light){.type = desc->light,
                                    .position = {0.4, 7, -0.3},

@@ -97,6 +97,7 @@ struct random_panes_scene_desc {
     int pane_count;
     uint64_t seed;
     enum glb_light_type light; /* a directional one shines straight down */
+    bool has_smoke;            /* a ball of radius 0.8 around (0, 0.9, 0), thinner outwards */
 };
 void random_panes_scene_build(const struct random_panes_scene_desc *desc,
                               struct closed_form_scene *scene);
