@@ -51,7 +51,8 @@ def fbx_property(value):
     if kind == "I":
         return b"I" + struct.pack("<i", values)
     packed = zlib.compress(struct.pack(f"<{len(values)}{kind}", *values))
-    return kind.replace("q", "l").encode() + struct.pack("<III", len(values), 1, len(packed)) + packed
+    kind = "l" if kind == "q" else kind
+    return kind.encode() + struct.pack("<III", len(values), 1, len(packed)) + packed
 
 
 def fbx_node(at, name, properties, *children):
