@@ -7,6 +7,7 @@ import os
 import pathlib
 import struct
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -15,6 +16,11 @@ from exr_reader import Exr
 from test_service_real import REAL, lit_floor
 
 support.needs(REAL)
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../clients/python"))
+sys.dont_write_bytecode = True
+
+import vitrail  # its folder is known only now
 
 WRITER = os.path.join(support.BIN, "vdb_files")  # built with OpenVDB
 
@@ -59,6 +65,24 @@ class DensityGrids(support.ServiceTest):
             self.assertGreater(middle["A"], 0.3)
             self.assertGreater(middle["G"], 0.01)
             self.assertEqual(0, corner["A"])
+
+    def test_an_array_of_python_is_seen_where_it_is_dense(self):
+        thin_left = [[[0, 0, 1, 1]], [[0, 0, 1, 1]]]  # [z][y][x]: dense for x > 0
+        scene = self.daemon.push(vitrail.density_grid(
+            thin_left, (-0.5, 0.2, -0.5), (0.5, 1.2, 0.5), density=3, color=(1, 0.5, 0)))
+        summary = self.daemon.request("GET", f"/v1/scenes/{scene}").json()
+        self.assertEqual(["smoke"], summary["density_grids"])
+        seen = self.pixels(scene, lights=LIGHTS)
+        left, right = seen[8 * 24 + 9], seen[8 * 24 + 14]
+        self.assertGreater(right["A"], 0.5)
+        self.assertLess(left["A"], 0.2 * right["A"])
+        self.assertAlmostEqual(0.5, right["G"] / right["R"], delta=0.01)
+        self.assertEqual(0, right["B"])
+
+    def test_an_array_without_three_dimensions_is_refused(self):
+        for values in ([], [[1, 2]], [[[1], [1, 2]]], [[[1, 2], [1]]], [[[]]]):
+            with self.assertRaises(ValueError):
+                vitrail.density_grid(values, (0, 0, 0), (1, 1, 1))
 
     def test_it_shades_another_scene_as_a_part(self):
         floor, scene = self.daemon.push(lit_floor()), self.daemon.push(

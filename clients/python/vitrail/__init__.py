@@ -10,12 +10,13 @@ project describe them; failures are VitrailError.
 """
 from .client import Client
 from .errors import VitrailError
+from .grid import density_grid
 from .image import Event, Frame, Image
 from .job import Job
 from .provenance import provenance
 from .upload import scene_id
 from .view import View, look_at, orbit
 
-__all__ = ["Client", "Event", "Frame", "Image", "Job", "View", "VitrailError", "look_at",
-           "orbit", "provenance", "scene_id"]
+__all__ = ["Client", "Event", "Frame", "Image", "Job", "View", "VitrailError",
+           "density_grid", "look_at", "orbit", "provenance", "scene_id"]
 __version__ = "0.1.0"
