@@ -28,7 +28,13 @@ enum transparency_can {
         TRANSPARENCY_CAN_TRACED_SHADOWS | TRANSPARENCY_CAN_OUTPUTS | TRANSPARENCY_CAN_GROUND,  \
         "layers averaged by weights of their distance instead of their order; for comparison") \
     ROW(DEPTH_PEELING, "depth-peeling", 0,                                                     \
-        "layers found and lit one at a time, front to back; as lists, in bounded memory")
+        "layers found and lit one at a time, front to back; as lists, in bounded memory")      \
+    ROW(STOCHASTIC, "stochastic",                                                              \
+        TRANSPARENCY_CAN_TRACED_SHADOWS | TRANSPARENCY_CAN_OUTPUTS | TRANSPARENCY_CAN_GROUND,  \
+        "layers that cover parts of a sample by chance instead of an order; for comparison")   \
+    ROW(MOMENT_BASED, "moment-based",                                                          \
+        TRANSPARENCY_CAN_TRACED_SHADOWS | TRANSPARENCY_CAN_OUTPUTS | TRANSPARENCY_CAN_GROUND,  \
+        "layers seen through what four moments of absorbance say is before; for comparison")
 
 enum transparency {
 #define TRANSPARENCY_ID(id, name, can, sentence) TRANSPARENCY_##id,

@@ -64,7 +64,8 @@ static struct loop_lights loops_of(const struct shade_desc *desc)
     loops.longest_list = desc->frame->report->counts.longest_list;
     if (loops.longest_list < longest)
         loops.longest_list = longest;
-    loops.besides = steps_of_layers(desc->frame, layers->longest, layers->may_surround);
+    loops.besides = steps_of_layers(desc->frame, layers->longest,
+                                    layers->may_surround || layers->method->walks_twice);
     return loops;
 }
 

@@ -27,6 +27,17 @@ void lighting_media_defines(const struct window_frame *frame, const struct shade
         snprintf(text + used, MEDIA_DEFINES_BYTES - (size_t)used, " CUT_PLANES=%zu", planes);
 }
 
+/* The source that composites the transparent surfaces in view. */
+static const char *compositing_of(const struct window_frame *frame, const struct shade_facts *facts)
+{
+    const struct transparency_method *method = facts->method;
+    if (!facts->has_layers)
+        return NULL;
+    return frame->view->quality.faithful && method->compositing_published
+               ? method->compositing_published
+               : method->compositing;
+}
+
 /* Requirements of the program, in canonical order. */
 static void describe(const struct window_frame *frame, const struct shade_facts *facts,
                      const struct light_chunk *chunk, const struct surface_kind *kind,
@@ -36,7 +47,7 @@ static void describe(const struct window_frame *frame, const struct shade_facts 
     bool has_shadows = has_lights && facts->shadows && *facts->shadows;
     const struct surface_facts own = {
         .has_shadow_maps = has_shadows && !facts->is_traced,
-        .compositing = facts->has_layers ? facts->method->compositing : NULL,
+        .compositing = compositing_of(frame, facts),
     };
     char own_defines[SURFACE_DEFINES_BYTES] = "", media_defines[MEDIA_DEFINES_BYTES] = "",
          seen_defines[64] = "";

@@ -66,6 +66,7 @@ static void bind_picture(const struct window_frame *frame, const struct gl_progr
     if (frame->targets->bent.name)
         refraction_bind(frame);
     accumulation_bind(frame);
+    gl_program_set_u(program, "u_round", (uint32_t)frame->round);
     window_set_samples(frame, program);
     window_bind_targets(frame, program);
     if (frame->targets->parts.name)

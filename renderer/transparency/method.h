@@ -27,6 +27,8 @@ struct transparency_method {
     /* The source that composites what is lit over the opaque picture: LAYERS of
      * shaders/shading/shade_pixels.comp.glsl. */
     const char *compositing;
+    const char *compositing_published; /* where quality.faithful asks for it; NULL: the same */
+    bool walks_twice; /* over a pixel's surfaces, in compositing, for the bound of loop steps */
     /* What the picture approximates, for a warning; NULL: nothing. */
     const char *approximates;
     /* Adds the programs that finding these items takes, and may take; of frame what
@@ -75,6 +77,8 @@ struct transparency_method {
 extern const struct transparency_method transparency_method_lists;
 extern const struct transparency_method transparency_method_weighted_blended;
 extern const struct transparency_method transparency_method_depth_peeling;
+extern const struct transparency_method transparency_method_stochastic;
+extern const struct transparency_method transparency_method_moment_based;
 
 const struct transparency_method *transparency_method_of(enum transparency transparency);
 /* What of this, a set of enum transparency_can, the method cannot. */

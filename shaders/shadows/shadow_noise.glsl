@@ -6,21 +6,7 @@
 // Provides: vec4 shadow_noise(uvec2 at, uint samples); float shadow_noise_alone(uvec2 at), one
 // number, not stratified. Needs FACE, v_draw, v_primitive.
 
-// Jarzynski and Olano 2020, "Hash functions for GPU rendering", pcg4d.
-uvec4 pcg4d(uvec4 v)
-{
-    v = v * 1664525u + 1013904223u;
-    v.x += v.y * v.w;
-    v.y += v.z * v.x;
-    v.z += v.x * v.y;
-    v.w += v.y * v.z;
-    v ^= v >> 16u;
-    v.x += v.y * v.w;
-    v.y += v.z * v.x;
-    v.z += v.x * v.y;
-    v.w += v.y * v.z;
-    return v;
-}
+#include "base/hash_words.glsl"
 
 uvec4 shadow_noise_words(uint place)
 {

@@ -4,27 +4,8 @@
 // weights of opacity and distance, as much of it as they cover. One layer is exact. Opacity has a
 // part per channel, 1 less the filter. Lists are read in their order, for the same bits each time.
 // Not with HAS_MEDIA, HAS_REFRACTION, HAS_ATMOSPHERE: the row lacks them.
-// Needs: WALKS, u_size_px, wide.glsl, view_ray.glsl.
-#include "material/filter_unpack.glsl"
-layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer count_buffer { uint ends[]; };
-layout(std430, binding = BIND_ENTRY_KEYS) readonly buffer key_buffer { uvec4 keys[]; };
-layout(std430, binding = BIND_ENTRY_COLORS) readonly buffer color_buffer { vec4 colors[]; };
-uniform uint u_keys_offset; // of the sorted half
-uniform uint u_list_room;   // entries
-
-// The light of a layer that lets everything through is shared out as if it covered this much.
-const float OPACITY_LEAST = 1e-4;
-
-struct pixel_layers {
-    uint first, end; // of the pixel's list
-};
-
-pixel_layers layers_begin(ivec2 pixel)
-{
-    uint index = uint(pixel.y) * u_size_px.x + uint(pixel.x);
-    uint first = index == 0u ? 0u : ends[index - 1u];
-    return pixel_layers(first, min(ends[index], u_list_room));
-}
+// Needs: WALKS, view_ray.glsl, those of listed_layers.glsl.
+#include "transparency/listed_layers.glsl"
 
 // Equation 7, without the opacity: made for distances from 0.1 to 500 m.
 float distance_weight(float z)
@@ -48,8 +29,7 @@ void layers_composite(ivec2 pixel, int first_sample, pixel_layers layers,
         vec4 word = colors[2u * key.z + 1u];
         vec3 layer = colors[2u * key.z].rgb * word.a;
         wide3 filter_ = filter_unpack(word.rgb);
-        vec3 opacity = mix(word.rgb, 1.0 + word.rgb, lessThan(word.rgb, vec3(0.0)));
-        opacity = max(opacity, vec3(OPACITY_LEAST));
+        vec3 opacity = listed_opacity(word.rgb);
         float weight = dot(opacity, vec3(1.0 / 3.0)) *
                        distance_weight(view_depth(uintBitsToFloat(key.x)));
         for (int i = 0; i < WALKS; i++) {

@@ -105,6 +105,8 @@ class Techniques(unittest.TestCase):
         """All others ask the row (protocol/shadow_technique.h) or the table (technique.h)."""
         homes = (r"protocol/shadow_technique\.h"
                  r"|renderer/shadows/(technique|shadow_(deep|linked|traced))\w*\.[ch]"
+                 # a transparency has the name of a technique
+                 r"|protocol/transparency\.h"
                  # counters on the wire that are older than lights_by_technique
                  r"|protocol/plan_document\.c"
                  # `map` is also a picture of differences

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+// Composites a pixel's layers by Muenstermann, Krumpen, Klein and Peters 2018, "Moment-Based
+// Order-Independent Transparency", with four power moments. A first walk sums the absorbance of
+// the layers, -ln of their filter, times the powers 0 to 4 of their depth. A second one tells from
+// these sums alone what absorbs in front of a layer: of all distributions of absorbance over depth
+// that have the moments, the one with as much as can be at the layer's own depth has two more
+// depths, and those in front of it count (Peters and Klein 2015, "Moment Shadow Mapping").
+// Light is then scaled to what all layers cover, which is known exactly.
+// The depth is the logarithm of the distance (orthographic: the distance), from -1 to 1 between the
+// pixel's own nearest and farthest layer. Of what is at the layer's depth its own absorbance does
+// not dim it, and half of the rest does: the middle of what the moments leave open, with which
+// three to nine random panes are off by half as much in the mean as with a quarter. AS_PUBLISHED: a
+// quarter of all that is at the layer's depth dims it, its own absorbance included.
+// Not with HAS_MEDIA, HAS_REFRACTION, HAS_ATMOSPHERE: the row lacks them.
+// Needs: WALKS, IS_ORTHOGRAPHIC, view_ray.glsl, those of listed_layers.glsl.
+#include "transparency/listed_layers.glsl"
+
+const float ABSORBANCE_MOST = 10.0; // of a layer: one that covers all lets through 5e-5
+#ifdef AS_PUBLISHED
+const float OVERESTIMATION = 0.25;
+#else
+const float OVERESTIMATION = 0.5;
+#endif
+const float MOMENT_BIAS = 5e-7;     // the paper's for four power moments in f32, towards
+const float MOMENT_2 = 0.375, MOMENT_4 = 0.375; // these, and 0 of odd order
+
+struct moments {
+    vec3 m0, m1, m2, m3, m4; // by channel
+};
+
+float warped_depth(uint depth)
+{
+    float z = view_depth(uintBitsToFloat(depth));
+#ifdef IS_ORTHOGRAPHIC
+    return z;
+#else
+    return log(clamp(z, 1e-30, 1e30));
+#endif
+}
+
+vec3 absorbance(vec3 word)
+{
+    vec3 thin = word * (1.0 + 0.5 * word); // where 1 - word has lost its bits
+    vec3 of_opacity = mix(-log(max(1.0 - word, 1e-30)), thin, lessThan(word, vec3(1e-3)));
+    vec3 of_filter = -log(max(-word, 1e-30));
+    return clamp(mix(of_opacity, of_filter, lessThan(word, vec3(0.0))), 0.0, ABSORBANCE_MOST);
+}
+
+void moments_add(inout moments m, vec3 tau, float z)
+{
+    m.m0 += tau;
+    m.m1 += tau * z;
+    m.m2 += tau * (z * z);
+    m.m3 += tau * (z * z * z);
+    m.m4 += tau * (z * z * z * z);
+}
+
+// Of mass 1, biased.
+moments moments_normalize(moments m)
+{
+    vec3 unit = 1.0 / max(m.m0, 1e-30);
+    return moments(m.m0, mix(m.m1 * unit, vec3(0.0), MOMENT_BIAS),
+                   mix(m.m2 * unit, vec3(MOMENT_2), MOMENT_BIAS),
+                   mix(m.m3 * unit, vec3(0.0), MOMENT_BIAS),
+                   mix(m.m4 * unit, vec3(MOMENT_4), MOMENT_BIAS));
+}
+
+// The share of all mass that is in front of z, where as much as can be is at z, and that much.
+void masses_at(moments m, float z, out vec3 front, out vec3 at)
+{
+    // H c = (1, z, z^2), where H has the moments 0 to 4, by H = L D L^T
+    vec3 d1 = m.m2 - m.m1 * m.m1;
+    vec3 l21 = (m.m3 - m.m1 * m.m2) / d1;
+    vec3 d2 = m.m4 - m.m2 * m.m2 - l21 * l21 * d1;
+    vec3 y1 = z - m.m1;
+    vec3 y2 = z * z - m.m2 - l21 * y1;
+    vec3 c2 = y2 / d2;
+    vec3 c1 = y1 / d1 - l21 * c2;
+    vec3 c0 = 1.0 - m.m1 * c1 - m.m2 * c2;
+    at = 1.0 / (1.0 + y1 * y1 / d1 + y2 * y2 / d2);
+    // the two other depths are the roots of c0 + c1 x + c2 x^2
+    vec3 root = sqrt(max(c1 * c1 - 4.0 * c0 * c2, 0.0));
+    vec3 q = -0.5 * (c1 + mix(root, -root, lessThan(c1, vec3(0.0))));
+    vec3 tiny = vec3(1e-20);
+    vec3 a = q / mix(c2, tiny, lessThan(abs(c2), tiny));
+    vec3 b = c0 / mix(q, tiny, lessThan(abs(q), tiny));
+    // their masses, by polynomials that are 1 at one of the three and 0 at the others
+    vec3 of_a = (m.m2 - (z + b) * m.m1 + z * b) / ((a - z) * (a - b));
+    vec3 of_b = (m.m2 - (z + a) * m.m1 + z * a) / ((b - z) * (b - a));
+    front = mix(vec3(0.0), of_a, lessThan(a, vec3(z))) + mix(vec3(0.0), of_b, lessThan(b, vec3(z)));
+    front = clamp(mix(front, vec3(0.0), isnan(front)), vec3(0.0), 1.0 - at);
+}
+
+// What is visible of a layer at z, of absorbance tau.
+vec3 visible_at(moments m, float z, vec3 tau)
+{
+    vec3 front, at;
+    masses_at(m, z, front, at);
+    vec3 absorbed = m.m0 * at;
+#ifndef AS_PUBLISHED
+    absorbed = max(absorbed - tau, 0.0);
+#endif
+    return exp(-m.m0 * front - OVERESTIMATION * absorbed);
+}
+
+void layers_composite(ivec2 pixel, int first_sample, pixel_layers layers,
+                      out vec3 radiance[WALKS], out vec3 through[WALKS])
+{
+    moments sums[WALKS];
+    vec3 light[WALKS], reached[WALKS], covered[WALKS]; // as the moments have it, and exactly
+    wide3 share[WALKS];
+    for (int i = 0; i < WALKS; i++) {
+        sums[i] = moments(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+        light[i] = reached[i] = covered[i] = vec3(0.0);
+        share[i] = share_all();
+    }
+    float nearest = 0.0, unit = 0.0; // z is -1 + unit * (depth - nearest)
+    if (layers.first < layers.end) {
+        nearest = warped_depth(keys[u_keys_offset + layers.first].x);
+        float extent = warped_depth(keys[u_keys_offset + layers.end - 1u].x) - nearest;
+        unit = extent > 0.0 ? 2.0 / extent : 0.0;
+    }
+    for (uint k = layers.first; k < layers.end; k++) {
+        uvec4 key = keys[u_keys_offset + k];
+        vec3 word = colors[2u * key.z + 1u].rgb;
+        vec3 tau = absorbance(word);
+        float z = unit * (warped_depth(key.x) - nearest) - 1.0;
+        for (int i = 0; i < WALKS; i++)
+            if ((key.w & 1u << (first_sample + i)) != 0u) {
+                moments_add(sums[i], tau, z);
+                share[i] = share_filter(share[i], filter_unpack(word));
+            }
+    }
+    for (int i = 0; i < WALKS; i++)
+        sums[i] = moments_normalize(sums[i]);
+    for (uint k = layers.first; k < layers.end; k++) {
+        uvec4 key = keys[u_keys_offset + k];
+        vec4 word = colors[2u * key.z + 1u];
+        vec3 layer = colors[2u * key.z].rgb * word.a, tau = absorbance(word.rgb);
+        vec3 opacity = listed_opacity(word.rgb);
+        float z = unit * (warped_depth(key.x) - nearest) - 1.0;
+        for (int i = 0; i < WALKS; i++) {
+            if ((key.w & 1u << (first_sample + i)) == 0u)
+                continue;
+            vec3 visible = visible_at(sums[i], z, tau);
+            light[i] += visible * layer;
+            reached[i] += visible * opacity;
+            covered[i] += opacity * (1.0 - covered[i]);
+        }
+    }
+    for (int i = 0; i < WALKS; i++) {
+        bool has_any = reached[i].r > 0.0; // opacities have a least
+        radiance[i] = has_any ? light[i] / reached[i] * covered[i] : vec3(0.0);
+        through[i] = share_round(share[i]);
+    }
+}
