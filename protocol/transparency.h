@@ -29,12 +29,16 @@ enum transparency_can {
         "layers averaged by weights of their distance instead of their order; for comparison") \
     ROW(DEPTH_PEELING, "depth-peeling", 0,                                                     \
         "layers found and lit one at a time, front to back; as lists, in bounded memory")      \
+    ROW(DUAL_DEPTH_PEELING, "dual-depth-peeling", 0,                                           \
+        "layers found and lit two at a time, from both sides; as lists, in bounded memory")    \
     ROW(STOCHASTIC, "stochastic",                                                              \
         TRANSPARENCY_CAN_TRACED_SHADOWS | TRANSPARENCY_CAN_OUTPUTS | TRANSPARENCY_CAN_GROUND,  \
         "layers that cover parts of a sample by chance instead of an order; for comparison")   \
     ROW(MOMENT_BASED, "moment-based",                                                          \
         TRANSPARENCY_CAN_TRACED_SHADOWS | TRANSPARENCY_CAN_OUTPUTS | TRANSPARENCY_CAN_GROUND,  \
-        "layers seen through what four moments of absorbance say is before; for comparison")
+        "layers seen through what four moments of absorbance say is before; for comparison")   \
+    ROW(SORTED, "sorted", TRANSPARENCY_CAN_TRACED_SHADOWS | TRANSPARENCY_CAN_GROUND,           \
+        "objects blended as wholes, back to front; wrong where they interlock; for comparison")
 
 enum transparency {
 #define TRANSPARENCY_ID(id, name, can, sentence) TRANSPARENCY_##id,

@@ -27,11 +27,11 @@ struct pixel_lists {
     uint64_t keys_offset; /* of the sorted half, in entries */
 };
 
-/* Those of the method that peels layers, which keeps one entry for each pixel
- * (renderer/transparency/method_depth_peeling.c). */
+/* Those of methods that peel layers, which keep one entry or two for each pixel
+ * (renderer/transparency/peeling.h). */
 struct peeled_layers {
-    struct gl_buffer state; /* four u32 per pixel: shaders/transparency/peeled_state.glsl */
-    struct gl_buffer sums;  /* three vec4 per sample: shaders/transparency/peeled_sums.glsl */
+    struct gl_buffer state; /* shaders/transparency/peeled_state.glsl */
+    struct gl_buffer sums;  /* shaders/transparency/peeled_sums.glsl */
     uint64_t bytes;         /* that the window takes in all */
     uint64_t dropped;       /* layers of the window that are beyond the most that is peeled */
 };
@@ -49,7 +49,7 @@ struct layers { /* zeroed = no method, and no surface */
     uint32_t lobes;         /* of the items: shader_needs_lobes */
     bool has_media, may_surround; /* of the items: struct geometry_items */
     struct pixel_lists lists;     /* of methods that keep lists, or count layers */
-    struct peeled_layers peeled;  /* of the one that peels */
+    struct peeled_layers peeled;  /* of those that peel */
 };
 
 /* Layers of this method from now on: those of another are dropped, with their memory. False: they

@@ -77,8 +77,10 @@ struct transparency_method {
 extern const struct transparency_method transparency_method_lists;
 extern const struct transparency_method transparency_method_weighted_blended;
 extern const struct transparency_method transparency_method_depth_peeling;
+extern const struct transparency_method transparency_method_dual_depth_peeling;
 extern const struct transparency_method transparency_method_stochastic;
 extern const struct transparency_method transparency_method_moment_based;
+extern const struct transparency_method transparency_method_sorted;
 
 const struct transparency_method *transparency_method_of(enum transparency transparency);
 /* What of this, a set of enum transparency_can, the method cannot. */

@@ -1,321 +1,54 @@
 /* SPDX-License-Identifier: MIT */
-/* `depth-peeling`: Everitt 2001, "Interactive Order-Independent Transparency". Layers are found
- * from front to back: three draws find and write the nearest layer of each pixel behind the last
- * one, which is lit and composited before the next is looked for. Memory goes by pixels, whatever
- * lies behind one another. Layers are those of `lists` in the same order, so that the pictures
- * agree; of equal depths the ties of the lists decide, and no coplanar layer is lost. How many
- * there are is counted first, so that peeling ends with the last one; every LOOK_LAYERS it ends
- * where no pixel lets anything through any more. */
-#include <epoxy/gl.h>
-#include <stdio.h>
-#include <stdlib.h>
+/* `depth-peeling`: Everitt 2001, "Interactive Order-Independent Transparency". Layers are peeled
+ * from front to back. */
+#include "renderer/transparency/peeling.h"
 
-#include "renderer/transparency/pixel_lists.h"
-
-#include "shaders/shared/bindings.h"
-
-enum {
-    LAYERS_MOST = 512, /* three draws each: a frame ends in bounded time */
-    LOOK_LAYERS = 8,   /* between waits for the device */
-    STATE_BYTES = 16,  /* of a pixel */
-    SUMS_BYTES = 48,   /* of a sample */
+static const struct peeling peeling = {
+    .sides = 1,
+    .draws =
+        {
+            {.pass = peeling_pass, .fragment = "peeled_nearest.frag.glsl", .is_conditional = true},
+            {.pass = peeling_pass, .fragment = "peeled_tie.frag.glsl", .is_conditional = true},
+            {.pass = peeling_pass,
+             .fragment = "peeled_scatter.frag.glsl",
+             .evaluates = true,
+             .is_conditional = true},
+        },
+    .adding = "peeled_add.comp.glsl",
 };
-
-static const char peeling_pass[] = "transparency.peel";
-static const char compositing_pass[] = "transparency.composite";
-static const struct geometry_layer_pass draws[] = {
-    {.pass = peeling_pass, .fragment = "peeled_nearest.frag.glsl", .is_conditional = true},
-    {.pass = peeling_pass, .fragment = "peeled_tie.frag.glsl", .is_conditional = true},
-    {.pass = peeling_pass,
-     .fragment = "peeled_scatter.frag.glsl",
-     .evaluates = true,
-     .is_conditional = true},
-};
-enum { DRAW_COUNT = sizeof draws / sizeof *draws };
-
-static const struct transparency_pass passes[] = {
-    {.name = pixel_lists_counting_pass},
-    {.name = peeling_pass, .is_conditional = true, .is_of_light = true},
-    {.name = pixel_lists_lighting_pass, .is_conditional = true, .is_of_light = true},
-    {.name = compositing_pass, .is_conditional = true, .is_of_light = true},
-    {.name = NULL},
-};
-
-/* ---- programs ---- */
-
-enum adding { ADDING_BEGINS, ADDING_A_LAYER };
-
-static struct program_desc adding_of(const struct window_frame *frame, enum adding adding,
-                                     char defines[32])
-{
-    snprintf(defines, 32, "SAMPLES=%d PASS=%d", frame->targets->samples, (int)adding);
-    return (struct program_desc){
-        .label = "peeled_add.comp.glsl", .compute = "peeled_add.comp.glsl", .defines = defines};
-}
 
 static void list_programs(const struct window_frame *frame, const struct geometry_items *items,
                           struct program_list *list)
 {
-    char defines[32];
-    pixel_lists_list_counting(frame, items, list);
-    for (int i = 0; i < DRAW_COUNT; i++)
-        geometry_list_transparent(frame, items, &draws[i], list);
-    struct program_desc desc = adding_of(frame, ADDING_BEGINS, defines);
-    program_list_add(list, peeling_pass, &desc, true);
-    desc = adding_of(frame, ADDING_A_LAYER, defines);
-    program_list_add(list, compositing_pass, &desc, true);
+    peeling_list_programs(&peeling, frame, items, list);
 }
 
-/* ---- finding ---- */
-
-static uint64_t passes_of(const struct layers *layers)
-{
-    return layers->longest < LAYERS_MOST ? layers->longest : LAYERS_MOST;
-}
-
-static uint64_t sums_bytes(const struct layers *layers, const struct window_frame *frame)
-{
-    return layers->lists.pixel_count * SUMS_BYTES * (uint64_t)frame->targets->samples;
-}
-
-/* Surfaces of the pixels that have more of them than are peeled. */
-static bool count_dropped(struct layers *layers, struct error *err)
-{
-    uint64_t pixels = layers->lists.pixel_count;
-    uint32_t before = 0, *ends = calloc(pixels, sizeof *ends); /* a lost context reads nothing */
-    if (!ends)
-        return error_set(err, ERROR_NO_MEMORY, "layers of %llu pixels", (unsigned long long)pixels);
-    gl_buffer_read(&layers->lists.ends, 0, pixels * sizeof *ends, ends);
-    for (uint64_t i = 0; i < pixels; before = ends[i++])
-        if (ends[i] > before + LAYERS_MOST)
-            layers->peeled.dropped += ends[i] - before - LAYERS_MOST;
-    free(ends);
-    return true;
-}
-
-static bool reserve(struct layers *layers, const struct window_frame *frame, struct error *err)
-{
-    uint64_t state = layers->lists.pixel_count * STATE_BYTES, sums = sums_bytes(layers, frame);
-    const struct gl_buffer_desc of_state = {
-        .label = "peeled.state", .size_bytes = state, .is_dynamic = true};
-    const struct gl_buffer_desc of_sums = {
-        .label = "peeled.sums", .size_bytes = sums, .is_dynamic = true};
-    bool ok = pixel_lists_reserve(layers, err) &&
-              gl_buffer_reserve(&layers->peeled.state, &of_state, false, err) &&
-              gl_buffer_reserve(&layers->peeled.sums, &of_sums, false, err);
-    layers->peeled.bytes = layers->lists.list_bytes + state + sums;
-    return ok;
-}
-
-static void report(const struct layers *layers, struct frame_report *report)
-{
-    report->counts.transparent_fragments += layers->layer_count;
-    if (report->counts.longest_pixel_list < layers->longest)
-        report->counts.longest_pixel_list = layers->longest;
-    report_raise_bytes(report, "peeled_layers", layers->peeled.bytes);
-    if (layers->peeled.dropped && !report->counts.dropped_layers)
-        report_warn(report,
-                    "a pixel has %llu transparent layers, and %s ends behind %d of them: what is "
-                    "farther is left out",
-                    (unsigned long long)layers->longest, transparency_name((int)layers->method->id),
-                    LAYERS_MOST);
-    report->counts.dropped_layers += layers->peeled.dropped;
-}
-
-/* Its memory does not go by what is found, so that there is nothing to guess: `room` is no help. */
 static enum layers_outcome find(struct layers *layers, const struct window_frame *frame,
                                 const struct geometry_items *items, const struct list_sizes *room,
                                 struct error *err)
 {
     (void)room;
-    if (!pixel_lists_find_sizes(layers, frame, items, err))
-        return LAYERS_FAILED;
-    if (!layers->layer_count)
-        return LAYERS_FOUND;
-    uint64_t pixels = layers->lists.pixel_count, sums = sums_bytes(layers, frame);
-    uint64_t sample_bytes = SUMS_BYTES * (uint64_t)frame->targets->samples;
-    if (pixels > gl_limits_block(frame->limits, sample_bytes) ||
-        pixels > pixel_lists_entries_max(frame->limits) ||
-        !pixel_lists_find_room(layers, pixels, pixels * STATE_BYTES + sums))
-        return LAYERS_TOO_MANY;
-    if (!reserve(layers, frame, err) ||
-        (layers->longest > LAYERS_MOST && !count_dropped(layers, err)))
-        return LAYERS_FAILED;
-    report(layers, frame->report);
-    return LAYERS_FOUND;
+    return peeling_find(&peeling, layers, frame, items, err);
 }
 
-/* ---- peeling ---- */
-
-static void bind(const struct layers *layers, const struct gl_program *program)
-{
-    pixel_lists_bind(layers, program);
-    gl_buffer_bind_storage(&layers->peeled.state, BIND_PEELED);
-    gl_buffer_bind_storage(&layers->peeled.sums, BIND_PEELED_SUMS);
-}
-
-static struct gpu_scope_desc scope_of(const struct layers *layers, const char *pass)
-{
-    return (struct gpu_scope_desc){.pass = pass,
-                                   .because = "transparent layers are peeled, one at a time",
-                                   .technique = transparency_name((int)layers->method->id),
-                                   .stage = REPORT_SHADE};
-}
-
-/* Begins the sums of all pixels, or adds the layer that is lit. */
-static bool add(const struct layers *layers, const struct window_frame *frame, enum adding adding,
-                bool is_continued, struct error *err)
-{
-    char defines[32];
-    const struct program_desc desc = adding_of(frame, adding, defines);
-    const struct gl_program *program = program_cache_get(frame->programs, &desc, err);
-    if (!program)
-        return false;
-    gl_program_use(program);
-    gl_program_set_u(program, "u_pixels", (uint32_t)layers->lists.pixel_count);
-    gl_program_set_u(program, "u_is_continued", is_continued);
-    bind(layers, program);
-    gl_buffer_bind_storage(&layers->lists.statistics, BIND_STATISTICS);
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    window_dispatch_items(layers->lists.pixel_count);
-    return true;
-}
-
-static bool begin_sums(const struct layers *layers, const struct window_frame *frame,
-                       bool is_continued, struct error *err)
-{
-    const struct gpu_scope_desc scope = scope_of(layers, peeling_pass);
-    gpu_scope_begin(frame->timeline, &scope);
-    bool ok = add(layers, frame, ADDING_BEGINS, is_continued, err);
-    gpu_scope_end(frame->timeline);
-    return ok;
-}
-
-/* The nearest layer of each pixel behind the last one becomes its entry. */
-static bool peel(const struct layers *layers, const struct window_frame *frame,
-                 const struct geometry_items *items, struct error *err)
-{
-    const struct gpu_scope_desc scope = scope_of(layers, peeling_pass);
-    bool ok = true;
-    gpu_scope_begin(frame->timeline, &scope);
-    bind(layers, NULL);
-    for (int i = 0; i < DRAW_COUNT && ok; i++) {
-        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-        ok = geometry_draw_transparent(frame, items, draws[i].fragment, draws[i].evaluates, err);
-    }
-    gpu_scope_end(frame->timeline);
-    return ok;
-}
-
-static bool composite(const struct layers *layers, const struct window_frame *frame,
-                      struct error *err)
-{
-    const struct gpu_scope_desc scope = scope_of(layers, compositing_pass);
-    gpu_scope_begin(frame->timeline, &scope);
-    bool ok = add(layers, frame, ADDING_A_LAYER, false, err);
-    gpu_scope_end(frame->timeline);
-    return ok;
-}
-
-static void forget_whether_it_goes_on(struct layers *layers)
-{
-    gl_buffer_clear_u32(&layers->lists.statistics, STATISTICS_PEELING * 4, 4, 0);
-}
-
-/* Whether a pixel that had a layer since then lets something through. */
-static bool goes_on(const struct layers *layers, const struct window_frame *frame)
-{
-    uint32_t is_peeling = 0; /* a lost context reads nothing */
-    gpu_timeline_will_wait(frame->timeline);
-    gl_buffer_read(&layers->lists.statistics, STATISTICS_PEELING * 4, 4, &is_peeling);
-    return is_peeling;
-}
-
-static void bind_window(const struct window_frame *frame, const struct gl_program *program)
-{
-    const struct camera_window *window = &frame->window;
-    gl_program_set_u(program, "u_width_px", (uint32_t)window->width);
-    gl_program_set_u(program, "u_pixels", (uint32_t)(window->width * window->height));
-}
-
-static const struct surface_kind surfaces = {
-    .pass = pixel_lists_lighting_pass,
-    .program = "shade_surfaces.comp.glsl",
-    .source = "peeled_surfaces.glsl",
-    .are_transparent = true,
-    .order = SURFACES_IN_ITEMS,
-    .slice_kind = TIME_SLICE_LAYERS,
-    .bind = bind_window,
-};
-
-/* Each part of the lights peels anew: a layer's share of the picture does not depend on light. */
 static bool light(struct layers *layers, const struct window_frame *frame,
                   const struct geometry_items *items, const struct surface_lighter *lighter,
                   struct error *err)
 {
-    struct surface_set set = {.kind = &surfaces,
-                              .count = layers->lists.pixel_count,
-                              .technique = transparency_name((int)layers->method->id)};
-    uint64_t count = layers->layer_count ? passes_of(layers) : 0, done = 0;
-    if (!count)
-        return true;
-    snprintf(set.because, sizeof set.because, "transparent layers are lit, one at a time");
-    if (!begin_sums(layers, frame, lighter->is_continued, err))
-        return false;
-    do {
-        bool is_last_before_look = (done + 1) % LOOK_LAYERS == 0;
-        if (is_last_before_look)
-            forget_whether_it_goes_on(layers);
-        if (!peel(layers, frame, items, err) || !lighter->light(lighter->context, &set, err) ||
-            !composite(layers, frame, err))
-            return false;
-        done++;
-    } while (done < count && (done % LOOK_LAYERS || goes_on(layers, frame)));
-    if (frame->report->counts.peeled_layers < done)
-        frame->report->counts.peeled_layers = done;
-    return true;
+    return peeling_light(&peeling, layers, frame, items, lighter, err);
 }
 
 static int count_sets(const struct layers *layers)
 {
-    return layers->layer_count ? (int)passes_of(layers) : 0;
-}
-
-/* ---- memory ---- */
-
-static void clear(struct layers *layers)
-{
-    pixel_lists_clear(layers);
-    layers->peeled.bytes = layers->peeled.dropped = 0;
-}
-
-static void finish(struct layers *layers)
-{
-    pixel_lists_finish(layers);
-    gl_buffer_finish(&layers->peeled.state);
-    gl_buffer_finish(&layers->peeled.sums);
-    layers->peeled.bytes = layers->peeled.dropped = 0;
-}
-
-static uint64_t size_bytes(const struct layers *layers)
-{
-    return pixel_lists_size_bytes(layers) + layers->peeled.state.size_bytes +
-           layers->peeled.sums.size_bytes;
+    return peeling_count_sets(&peeling, layers);
 }
 
 const struct transparency_method transparency_method_depth_peeling = {
     .id = TRANSPARENCY_DEPTH_PEELING,
-    .passes = passes,
-    .surfaces = &surfaces,
+    PEELING_MEMBERS,
     .compositing = "depth_peeling_composite.glsl",
     .list_programs = list_programs,
-    .count = pixel_lists_count,
     .find = find,
     .light = light,
     .count_sets = count_sets,
-    .bind = bind,
-    .report = report,
-    .clear = clear,
-    .finish = finish,
-    .size_bytes = size_bytes,
 };

@@ -11,8 +11,10 @@ const struct transparency_method *transparency_method_of(enum transparency trans
         [TRANSPARENCY_LISTS] = &transparency_method_lists,
         [TRANSPARENCY_WEIGHTED_BLENDED] = &transparency_method_weighted_blended,
         [TRANSPARENCY_DEPTH_PEELING] = &transparency_method_depth_peeling,
+        [TRANSPARENCY_DUAL_DEPTH_PEELING] = &transparency_method_dual_depth_peeling,
         [TRANSPARENCY_STOCHASTIC] = &transparency_method_stochastic,
         [TRANSPARENCY_MOMENT_BASED] = &transparency_method_moment_based,
+        [TRANSPARENCY_SORTED] = &transparency_method_sorted,
     };
     assert((int)transparency >= 0 && transparency < TRANSPARENCIES_COUNT);
     return methods[transparency];

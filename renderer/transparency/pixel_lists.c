@@ -39,7 +39,8 @@ static const char *const sort_passes[] = {"PASS=0", "PASS=1", "PASS=2"};
 const char pixel_lists_counting_pass[] = "transparency.count";
 static const struct geometry_layer_pass counting = {.pass = pixel_lists_counting_pass,
                                                     .fragment = "lists_count.frag.glsl"};
-static const struct geometry_layer_pass scattering = {.pass = "transparency.scatter",
+const char pixel_lists_scattering_pass[] = "transparency.scatter";
+static const struct geometry_layer_pass scattering = {.pass = pixel_lists_scattering_pass,
                                                       .fragment = "lists_scatter.frag.glsl",
                                                       .evaluates = true,
                                                       .is_conditional = true};
@@ -48,7 +49,7 @@ const char pixel_lists_lighting_pass[] = "shade.transparent";
 
 const struct transparency_pass pixel_lists_passes[] = {
     {.name = pixel_lists_counting_pass},
-    {.name = "transparency.scatter", .is_conditional = true},
+    {.name = pixel_lists_scattering_pass, .is_conditional = true},
     {.name = "transparency.sort", .is_conditional = true},
     {.name = pixel_lists_lighting_pass, .is_conditional = true, .is_of_light = true},
     {.name = NULL},
@@ -83,15 +84,20 @@ void pixel_lists_list_counting(const struct window_frame *frame, const struct ge
     }
 }
 
+void pixel_lists_list_sorting(const struct window_frame *frame, struct program_list *list)
+{
+    for (int i = 0; i < (frame->limits->is_software ? 3 : 2); i++) {
+        const struct program_desc desc = compute_of(sort_file, sort_passes[i]);
+        program_list_add(list, "transparency.sort", &desc, true);
+    }
+}
+
 void pixel_lists_list_programs(const struct window_frame *frame, const struct geometry_items *items,
                                struct program_list *list)
 {
     pixel_lists_list_counting(frame, items, list);
     geometry_list_transparent(frame, items, &scattering, list);
-    for (int i = 0; i < (frame->limits->is_software ? 3 : 2); i++) {
-        const struct program_desc desc = compute_of(sort_file, sort_passes[i]);
-        program_list_add(list, "transparency.sort", &desc, true);
-    }
+    pixel_lists_list_sorting(frame, list);
 }
 
 /* Chunks of about the square root, so that neither loop of the scan is long. */
@@ -239,8 +245,15 @@ bool pixel_lists_reserve(struct layers *layers, struct error *err)
     return ok;
 }
 
-static bool scatter_fragments(struct layers *layers, const struct window_frame *frame,
-                              const struct geometry_items *items, struct error *err)
+static bool scatter_by_depth(const struct window_frame *frame, const struct geometry_items *items,
+                             struct error *err)
+{
+    return geometry_draw_transparent(frame, items, scattering.fragment, scattering.evaluates, err);
+}
+
+static bool scatter_fragments(const struct pixel_lists_order *order, struct layers *layers,
+                              const struct window_frame *frame, const struct geometry_items *items,
+                              struct error *err)
 {
     if (!pixel_lists_reserve(layers, err))
         return false;
@@ -255,8 +268,7 @@ static bool scatter_fragments(struct layers *layers, const struct window_frame *
     pixel_lists_bind(layers, NULL);
     bind(&layers->lists.left, layers->lists.pixel_count * 4, BIND_PIXEL_LEFT);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    bool ok =
-        geometry_draw_transparent(&roomy, items, scattering.fragment, scattering.evaluates, err);
+    bool ok = order->scatter(&roomy, items, err);
     gpu_scope_end(frame->timeline);
     return ok;
 }
@@ -410,9 +422,10 @@ bool pixel_lists_find_sizes(struct layers *layers, const struct window_frame *fr
     return true;
 }
 
-enum layers_outcome pixel_lists_find(struct layers *layers, const struct window_frame *frame,
-                                     const struct geometry_items *items,
-                                     const struct list_sizes *room, struct error *err)
+enum layers_outcome pixel_lists_find_by(const struct pixel_lists_order *order,
+                                        struct layers *layers, const struct window_frame *frame,
+                                        const struct geometry_items *items,
+                                        const struct list_sizes *room, struct error *err)
 {
     if (!are_any(items)) {
         begin(layers, frame, items);
@@ -428,11 +441,19 @@ enum layers_outcome pixel_lists_find(struct layers *layers, const struct window_
     if (layers->layer_count > pixel_lists_entries_max(frame->limits) || !find_room(layers))
         return LAYERS_TOO_MANY;
     if (layers->layer_count &&
-        (!scatter_fragments(layers, frame, items, err) || !sort_lists(layers, frame, err)))
+        (!scatter_fragments(order, layers, frame, items, err) || !sort_lists(layers, frame, err)))
         return LAYERS_FAILED;
     if (!layers->is_guessed)
         pixel_lists_report(layers, frame->report);
     return LAYERS_FOUND;
+}
+
+enum layers_outcome pixel_lists_find(struct layers *layers, const struct window_frame *frame,
+                                     const struct geometry_items *items,
+                                     const struct list_sizes *room, struct error *err)
+{
+    static const struct pixel_lists_order by_depth = {.scatter = scatter_by_depth};
+    return pixel_lists_find_by(&by_depth, layers, frame, items, room, err);
 }
 
 static void bind_window(const struct window_frame *frame, const struct gl_program *program)

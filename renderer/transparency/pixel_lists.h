@@ -37,12 +37,27 @@ void pixel_lists_finish(struct layers *layers);
 uint64_t pixel_lists_size_bytes(const struct layers *layers);
 /* Members of a struct transparency_method that finds, keeps and lights its surfaces in lists; its
  * `id` and its `compositing` are its own. */
-#define PIXEL_LISTS_MEMBERS                                                                     \
-    .passes = pixel_lists_passes, .surfaces = &pixel_lists_surfaces,                            \
-    .list_programs = pixel_lists_list_programs, .count = pixel_lists_count,                     \
-    .find = pixel_lists_find, .light = pixel_lists_light, .count_sets = pixel_lists_count_sets, \
-    .bind = pixel_lists_bind, .ends = pixel_lists_ends, .report = pixel_lists_report,           \
-    .clear = pixel_lists_clear, .finish = pixel_lists_finish, .size_bytes = pixel_lists_size_bytes
+#define PIXEL_LISTS_MEMBERS \
+    PIXEL_LISTS_LIGHTING, .list_programs = pixel_lists_list_programs, .find = pixel_lists_find
+/* The same without finding them. */
+#define PIXEL_LISTS_LIGHTING                                                                     \
+    .passes = pixel_lists_passes, .surfaces = &pixel_lists_surfaces, .count = pixel_lists_count, \
+    .light = pixel_lists_light, .count_sets = pixel_lists_count_sets, .bind = pixel_lists_bind,  \
+    .ends = pixel_lists_ends, .report = pixel_lists_report, .clear = pixel_lists_clear,          \
+    .finish = pixel_lists_finish, .size_bytes = pixel_lists_size_bytes
+
+/* For a method whose lists have another order: as find and list_programs, but with a function that
+ * draws the fragments with a program of lists_scatter.glsl. */
+struct pixel_lists_order {
+    bool (*scatter)(const struct window_frame *frame, const struct geometry_items *items,
+                    struct error *err);
+};
+enum layers_outcome pixel_lists_find_by(const struct pixel_lists_order *order,
+                                        struct layers *layers, const struct window_frame *frame,
+                                        const struct geometry_items *items,
+                                        const struct list_sizes *room, struct error *err);
+extern const char pixel_lists_scattering_pass[];
+void pixel_lists_list_sorting(const struct window_frame *frame, struct program_list *list);
 
 /* For a method that counts surfaces as lists do, and keeps entries of its own number. */
 extern const char pixel_lists_counting_pass[], pixel_lists_lighting_pass[];

@@ -273,6 +273,7 @@ static void set_variant_uniforms(const struct variant_context *context,
     gl_program_set_f4(program, "u_clip_depth", context->depth);
     gl_program_set_u(program, "u_width_px", (uint32_t)frame->window.width);
     gl_program_set_u(program, "u_list_room", frame->list_room);
+    gl_program_set_u(program, "u_object_rank", frame->object_rank);
     window_set_samples(frame, program);
     window_set_clip_planes(frame, frame->state->unit_m, program);
 }
@@ -530,6 +531,13 @@ static bool begin_layers(const struct window_frame *frame)
     return true;
 }
 
+static void end_layers(void)
+{
+    glDepthFunc(GL_GEQUAL);
+    glDepthMask(GL_TRUE);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+}
+
 bool geometry_draw_transparent(const struct window_frame *frame, const struct geometry_items *items,
                                const char *fragment, bool evaluates, struct error *err)
 {
@@ -549,9 +557,20 @@ bool geometry_draw_transparent(const struct window_frame *frame, const struct ge
         ok = submit(frame, items, &pass, err);
         glDisable(GL_DEPTH_CLAMP);
     }
-    glDepthFunc(GL_GEQUAL);
-    glDepthMask(GL_TRUE);
-    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    end_layers();
+    return ok;
+}
+
+bool geometry_draw_transparent_item(const struct window_frame *frame,
+                                    const struct geometry_items *items, size_t place,
+                                    const char *fragment, bool evaluates, struct error *err)
+{
+    begin_layers(frame);
+    struct pass pass = transparent_pass(items, fragment, evaluates);
+    pass.items += place;
+    pass.count = 1;
+    bool ok = submit(frame, items, &pass, err);
+    end_layers();
     return ok;
 }
 

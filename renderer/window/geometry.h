@@ -41,6 +41,12 @@ MUST_CHECK bool geometry_draw_transparent(const struct window_frame *frame,
                                           const struct geometry_items *items, const char *fragment,
                                           bool evaluates, struct error *err);
 
+/* The same of one transparent item alone, by its place among them. */
+MUST_CHECK bool geometry_draw_transparent_item(const struct window_frame *frame,
+                                               const struct geometry_items *items, size_t place,
+                                               const char *fragment, bool evaluates,
+                                               struct error *err);
+
 /* The programs with which the items would be drawn, without drawing; of frame only view, state,
  * camera, needs and the samples of targets count. Thread: any. */
 void geometry_list_opaque(const struct window_frame *frame, const struct geometry_items *items,

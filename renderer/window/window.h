@@ -34,7 +34,8 @@ struct window_frame {
     int rounds, round; /* of samples, of the colour; of the one at hand the window has the shift */
     const struct environment_light *environment; /* where the view has a map; likewise */
     const struct environment_maps *environment_maps;
-    uint32_t list_room; /* entries that lists_scatter.frag.glsl may write */
+    uint32_t list_room;   /* entries that lists_scatter.glsl may write */
+    uint32_t object_rank; /* of the object at hand, for sorted_scatter.frag.glsl */
 };
 
 /* What of a window is in the image of the frame's tile: where it begins in the window and in the

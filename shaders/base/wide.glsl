@@ -106,6 +106,12 @@ wide3 share_filter(wide3 share, vec3 t)
     return share * dvec3(t);
 }
 
+// Of what one lets through of what the other does.
+wide3 share_join(wide3 a, wide3 b)
+{
+    return a * b;
+}
+
 vec3 share_round(wide3 share)
 {
     return vec3(share);
@@ -258,6 +264,11 @@ wide3 share_filter(wide3 share, wide3 t)
     precise vec3 e = fma(share.lo, t.hi, product_error(share.hi, t.hi, p));
     precise vec3 lo = fma(share.hi, t.lo, e);
     return fast_sum(p, lo);
+}
+
+wide3 share_join(wide3 a, wide3 b)
+{
+    return share_filter(a, wide3(b.hi * SHARE_UNIT, b.lo * SHARE_UNIT));
 }
 
 vec3 share_round(wide3 share)

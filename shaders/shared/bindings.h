@@ -58,8 +58,8 @@
 #define BIND_FILLED 15           /* u32: what is filled before it is built */
 #define BIND_ATMOSPHERE 11       /* while haze is lit: f32, three per slice of a column */
 #define BIND_ATMOSPHERE_REACH 10 /* likewise: f32 per column: farthest surface in it */
-#define BIND_PEELED 12           /* transparency: u32, four per pixel: peeled_state.glsl */
-#define BIND_PEELED_SUMS 15      /* vec4, three per sample: peeled_sums.glsl; haze is not there */
+#define BIND_PEELED 12           /* transparency: u32 per pixel: peeled_state.glsl */
+#define BIND_PEELED_SUMS 15      /* vec4 per sample: peeled_sums.glsl; haze is not there */
 #define BIND_ATMOSPHERE_SUMS 15  /* while surfaces are lit: f32, three per slice of a corner */
 
 /* words of the statistics of a window's layers; before: how many there are, and of one pixel */

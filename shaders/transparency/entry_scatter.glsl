@@ -3,7 +3,8 @@
 // Needs: those of evaluate.glsl, HAS_COVERAGE (multisampled target), with COVERAGE_BY_DEPTH where
 // the device has no post-depth coverage;
 // IS_MEDIUM, and with it IS_HIDDEN (drawn behind the opaque depth) and CUT_PLANES (count);
-// TAKE_ENTRY(pixel, depth, tie), the place of the entry, or NO_ENTRY: the fragment is not kept.
+// TAKE_ENTRY(pixel, depth, tie), the place of the entry, or NO_ENTRY: the fragment is not kept;
+// KEY_DEPTH and KEY_TIE, what the lists are sorted by, if not by depth.
 #include "draw/evaluate.glsl"
 #include "material/camera_filter.glsl"
 #include "transparency/tie_key.glsl"
@@ -141,6 +142,10 @@ void main()
     uint pixel = uint(gl_FragCoord.y) * u_width_px + uint(gl_FragCoord.x);
     // outside [0, 1] where the pixel's middle is beside the triangle, or depths are not clipped
     uint depth_key = floatBitsToUint(clamp(depth, 0.0, 1.0)), tie = tie_key();
+#ifdef KEY_DEPTH
+    depth_key = KEY_DEPTH;
+    tie = KEY_TIE;
+#endif
     uint entry = TAKE_ENTRY(pixel, depth_key, tie);
     if (entry == NO_ENTRY)
         return;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* Layers that are peeled one at a time give the picture of `lists`: random panes, coplanar ones,
- * many behind one another, samples, tiles, shadows of every kind, lights in batches. Memory does
- * not go by the number of layers; peeling ends where nothing is let through, and says what it
- * drops. */
+/* Layers that are peeled, from one side or from both, give the picture of `lists`: random panes,
+ * coplanar ones, many behind one another, samples, tiles, shadows of every kind, lights in batches.
+ * Memory does not go by the number of layers; peeling ends where nothing is let through, and says
+ * what it drops. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -15,7 +15,10 @@
 #include "tests/support/image_checks.h"
 #include "tests/support/techniques.h"
 
-enum { WIDTH_PX = 32, HEIGHT_PX = 20, PANES = 48, LAYERS_MOST = 512 };
+enum { WIDTH_PX = 32, HEIGHT_PX = 20, PANES = 48, LAYERS_MOST = 512, PEELERS = 2 };
+
+static const enum transparency peelers[PEELERS] = {TRANSPARENCY_DEPTH_PEELING,
+                                                   TRANSPARENCY_DUAL_DEPTH_PEELING};
 
 /* ---- scenes ---- */
 
@@ -129,7 +132,7 @@ static void open_stack(const struct stack *stack, struct renderer *renderer,
     open_scene(b, renderer, scene);
 }
 
-static struct view stack_view(int side_px, int samples)
+static struct view stack_view(int peeler, int side_px, int samples)
 {
     return (struct view){
         .width_px = side_px,
@@ -138,7 +141,7 @@ static struct view stack_view(int side_px, int samples)
         .ignore_scene_lights = true,
         .studio = VIEW_STUDIO_OFF,
         .outputs = 1u << VIEW_OUTPUT_COLOR,
-        .quality = {.transparency = TRANSPARENCY_DEPTH_PEELING, .samples = samples}};
+        .quality = {.transparency = peelers[peeler], .samples = samples}};
 }
 
 /* ---- comparing ---- */
@@ -156,7 +159,7 @@ static const struct view_light lamps[] = {
      .intensity = 2},
 };
 
-static struct view random_view(enum shadow_technique shadows, int samples)
+static struct view random_view(int peeler, enum shadow_technique shadows, int samples)
 {
     return (struct view){.width_px = WIDTH_PX,
                          .height_px = HEIGHT_PX,
@@ -170,7 +173,7 @@ static struct view random_view(enum shadow_technique shadows, int samples)
                          .quality = {.shadows = shadows,
                                      .samples = samples,
                                      .shadow_resolution = 64,
-                                     .transparency = TRANSPARENCY_DEPTH_PEELING}};
+                                     .transparency = peelers[peeler]}};
 }
 
 static void assert_as_lists(struct renderer *renderer, const struct rig_scene *scene,
@@ -181,7 +184,8 @@ static void assert_as_lists(struct renderer *renderer, const struct rig_scene *s
     listed.quality.transparency = TRANSPARENCY_LISTS;
     shoot(renderer, scene, view, &peeled);
     shoot(renderer, scene, &listed, &lists);
-    assert_true(report_has_pass(&peeled.report, "transparency.peel", "depth-peeling"));
+    assert_true(report_has_pass(&peeled.report, "transparency.peel",
+                                transparency_name((int)view->quality.transparency)));
     assert_true(peeled.report.counts.peeled_layers >= layers_least);
     assert_int_equal(peeled.report.counts.transparent_fragments,
                      lists.report.counts.transparent_fragments);
@@ -197,19 +201,21 @@ static void interlocking_panes_are_as_in_lists_with_any_samples(void **state)
 {
     struct rig_scene scene;
     open_random(*state, &scene);
-    for (int samples = 1; samples <= 16; samples *= 4) {
-        struct view view = random_view(SHADOWS_DEEP, samples);
-        view.camera.ortho_height = samples == 4 ? 2 : 0; /* triangles are clipped */
+    for (int i = 0; i < PEELERS; i++) {
+        for (int samples = 1; samples <= 16; samples *= 4) {
+            struct view view = random_view(i, SHADOWS_DEEP, samples);
+            view.camera.ortho_height = samples == 4 ? 2 : 0; /* triangles are clipped */
+            assert_as_lists(*state, &scene, &view, 10);
+        }
+        const struct view view = random_view(i, SHADOWS_DEEP, 4);
         assert_as_lists(*state, &scene, &view, 10);
+        struct image color = shoot_color(*state, &scene, &view);
+        struct image again = shoot_color(*state, &scene, &view);
+        assert_same_bits(&color, &again);
+        save_picture(&color, transparency_name((int)peelers[i]));
+        image_finish(&color);
+        image_finish(&again);
     }
-    const struct view view = random_view(SHADOWS_DEEP, 4);
-    assert_as_lists(*state, &scene, &view, 10);
-    struct image color = shoot_color(*state, &scene, &view);
-    struct image again = shoot_color(*state, &scene, &view);
-    assert_same_bits(&color, &again);
-    save_picture(&color, "depth-peeling");
-    image_finish(&color);
-    image_finish(&again);
     rig_scene_finish(&scene, *state);
 }
 
@@ -220,7 +226,7 @@ static void layers_are_lit_through_shadows_of_every_kind(void **state)
     size_t count = raster_techniques(0, techniques);
     open_random(*state, &scene);
     for (size_t i = 0; i < count; i++) {
-        const struct view view = random_view(techniques[i], 1);
+        const struct view view = random_view((int)i % PEELERS, techniques[i], 1);
         if (techniques[i] != SHADOWS_RAYTRACED_SHADOWS)
             assert_as_lists(*state, &scene, &view, 10);
     }
@@ -230,14 +236,15 @@ static void layers_are_lit_through_shadows_of_every_kind(void **state)
 /* Each is a layer of its own, in the order of the lists. */
 static void coplanar_panes_are_all_there(void **state)
 {
-    for (int samples = 1; samples <= 4; samples += 3) {
+    for (int i = 0; i < 4 * PEELERS; i++) {
         struct rig_scene scene;
-        const struct view view = stack_view(8, samples);
-        const struct stack stack = {.count = 6, .alpha = 0.25};
+        int layers = 5 + i / PEELERS % 2, samples = i / PEELERS < 2 ? 1 : 4;
+        const struct view view = stack_view(i % PEELERS, 8, samples);
+        const struct stack stack = {.count = layers, .alpha = 0.25};
         open_stack(&stack, *state, &scene);
-        assert_as_lists(*state, &scene, &view, 6);
+        assert_as_lists(*state, &scene, &view, (uint64_t)layers);
         struct image color = shoot_color(*state, &scene, &view);
-        double covered = 1 - pow(0.75, 6);
+        double covered = 1 - pow(0.75, layers);
         for (int k = 0; k < 3; k++)
             assert_true(fabs((double)image_pixel_f32(&color, 4, 4)[k] - stack_color[k] * covered) <
                         1e-4);
@@ -246,11 +253,12 @@ static void coplanar_panes_are_all_there(void **state)
     }
 }
 
-static uint64_t memory_of(struct renderer *renderer, int count, struct frame_report *report)
+static uint64_t memory_of(struct renderer *renderer, int peeler, int count,
+                          struct frame_report *report)
 {
     struct rig_scene scene;
     struct frame frame;
-    const struct view view = stack_view(16, 1);
+    const struct view view = stack_view(peeler, 16, 1);
     const struct stack stack = {.count = count, .step = 0.01, .alpha = 1.0 / 64};
     open_stack(&stack, renderer, &scene);
     shoot(renderer, &scene, &view, &frame);
@@ -266,57 +274,63 @@ static uint64_t memory_of(struct renderer *renderer, int count, struct frame_rep
 
 static void memory_goes_by_pixels_alone(void **state)
 {
-    struct frame_report report;
-    uint64_t few = memory_of(*state, 2, &report);
-    assert_int_equal(report.counts.peeled_layers, 2);
-    uint64_t many = memory_of(*state, 200, &report);
-    assert_int_equal(report.counts.peeled_layers, 200);
-    assert_int_equal(report.counts.dropped_layers, 0);
-    assert_int_equal(report.counts.longest_pixel_list, 200);
-    assert_true(few > 0);
-    assert_int_equal(few, many);
+    for (int i = 0; i < PEELERS; i++) {
+        struct frame_report report;
+        uint64_t few = memory_of(*state, i, 2, &report);
+        assert_int_equal(report.counts.peeled_layers, 2);
+        uint64_t many = memory_of(*state, i, 199, &report);
+        assert_int_equal(report.counts.peeled_layers, 199);
+        assert_int_equal(report.counts.dropped_layers, 0);
+        assert_int_equal(report.counts.longest_pixel_list, 199);
+        assert_true(few > 0);
+        assert_int_equal(few, many);
+    }
 }
 
 static void nothing_is_peeled_behind_what_lets_nothing_through(void **state)
 {
-    struct rig_scene scene;
-    struct frame frame;
-    const struct view view = stack_view(8, 1);
-    const struct stack stack = {.count = 40, .step = 0.01, .alpha = 0.99};
-    open_stack(&stack, *state, &scene);
-    shoot(*state, &scene, &view, &frame);
-    assert_int_equal(frame.report.counts.longest_pixel_list, 40);
-    assert_int_equal(frame.report.counts.peeled_layers, 8);
-    assert_int_equal(frame.report.counts.dropped_layers, 0);
-    frame_finish(&frame);
-    assert_as_lists(*state, &scene, &view, 8);
-    rig_scene_finish(&scene, *state);
+    for (int i = 0; i < PEELERS; i++) {
+        struct rig_scene scene;
+        struct frame frame;
+        const struct view view = stack_view(i, 8, 1);
+        const struct stack stack = {.count = 40, .step = 0.01, .alpha = 0.99};
+        open_stack(&stack, *state, &scene);
+        shoot(*state, &scene, &view, &frame);
+        assert_int_equal(frame.report.counts.longest_pixel_list, 40);
+        assert_int_equal(frame.report.counts.peeled_layers, 8 * (i + 1));
+        assert_int_equal(frame.report.counts.dropped_layers, 0);
+        frame_finish(&frame);
+        assert_as_lists(*state, &scene, &view, 8);
+        rig_scene_finish(&scene, *state);
+    }
 }
 
 static void what_is_dropped_is_counted_and_warned_of(void **state)
 {
     enum { SIDE_PX = 2, MORE = 3 };
-    struct rig_scene scene;
-    struct frame frame;
-    const struct view view = stack_view(SIDE_PX, 1);
-    const struct stack stack = {.count = LAYERS_MOST + MORE, .step = 1e-3, .alpha = 1e-3};
-    open_stack(&stack, *state, &scene);
-    shoot(*state, &scene, &view, &frame);
-    assert_int_equal(frame.report.counts.peeled_layers, LAYERS_MOST);
-    assert_int_equal(frame.report.counts.dropped_layers, MORE * SIDE_PX * SIDE_PX);
-    assert_true(report_has_warning(&frame.report, "depth-peeling ends behind 512 of them"));
-    double covered = 1 - pow(1 - stack.alpha, LAYERS_MOST);
-    assert_true(fabs((double)image_pixel_f32(&frame.outputs[VIEW_OUTPUT_COLOR], 1, 1)[0] -
-                     stack_color[0] * covered) < 1e-3);
-    frame_finish(&frame);
-    rig_scene_finish(&scene, *state);
+    for (int i = 0; i < PEELERS; i++) {
+        struct rig_scene scene;
+        struct frame frame;
+        const struct view view = stack_view(i, SIDE_PX, 1);
+        const struct stack stack = {.count = LAYERS_MOST + MORE, .step = 1e-3, .alpha = 1e-3};
+        open_stack(&stack, *state, &scene);
+        shoot(*state, &scene, &view, &frame);
+        assert_int_equal(frame.report.counts.peeled_layers, LAYERS_MOST);
+        assert_int_equal(frame.report.counts.dropped_layers, MORE * SIDE_PX * SIDE_PX);
+        assert_true(report_has_warning(&frame.report, "depth-peeling ends after 512 of them"));
+        double covered = 1 - pow(1 - stack.alpha, LAYERS_MOST);
+        assert_true(fabs((double)image_pixel_f32(&frame.outputs[VIEW_OUTPUT_COLOR], 1, 1)[0] -
+                         stack_color[0] * covered) < 1e-3);
+        frame_finish(&frame);
+        rig_scene_finish(&scene, *state);
+    }
 }
 
 static void tiles_have_the_bits_of_the_whole(void **state)
 {
     static const struct view_tile tiles[] = {{0, 0, 13, 20}, {13, 5, 19, 9}};
     struct rig_scene scene;
-    struct view view = random_view(SHADOWS_DEEP, 4);
+    struct view view = random_view(1, SHADOWS_DEEP, 4);
     open_random(*state, &scene);
     struct image whole = shoot_color(*state, &scene, &view);
     for (size_t i = 0; i < sizeof tiles / sizeof *tiles; i++) {
@@ -343,7 +357,7 @@ static void batches_of_lights_add_up(void **state)
     struct renderer *renderer = renderer_create(
         &(struct renderer_desc){.is_strict = true, .gpu_budget_bytes = 36 << 20}, &err);
     assert_non_null(renderer);
-    struct view view = random_view(SHADOWS_DEEP, 1);
+    struct view view = random_view(1, SHADOWS_DEEP, 1);
     struct view_light spots[6];
     for (int i = 0; i < 6; i++) { /* a map of one face each */
         spots[i] = lamps[1];
@@ -356,7 +370,29 @@ static void batches_of_lights_add_up(void **state)
     shoot(renderer, &scene, &view, &frame);
     assert_int_in_range(frame.report.counts.light_batches, 2, 100);
     frame_finish(&frame);
-    assert_as_lists(renderer, &scene, &view, 10);
+    for (int i = 0; i < PEELERS; i++) {
+        view.quality.transparency = peelers[i];
+        assert_as_lists(renderer, &scene, &view, 10);
+    }
+    rig_scene_finish(&scene, renderer);
+    renderer_destroy(renderer);
+}
+
+/* Where f64 is slow: also what is joined of both sides. */
+static void pairs_of_floats_add_up_as_well(void **state)
+{
+    struct error err = {0};
+    struct rig_scene scene;
+    (void)state;
+    const struct renderer_desc desc = {.is_strict = true,
+                                       .hooks.wide_floats = WIDE_FLOATS_PAIRS_SPLIT};
+    struct renderer *renderer = renderer_create(&desc, &err);
+    assert_non_null(renderer);
+    open_random(renderer, &scene);
+    for (int i = 0; i < PEELERS; i++) {
+        const struct view view = random_view(i, SHADOWS_DEEP, 4);
+        assert_as_lists(renderer, &scene, &view, 10);
+    }
     rig_scene_finish(&scene, renderer);
     renderer_destroy(renderer);
 }
@@ -374,6 +410,7 @@ int main(void)
     };
     const struct CMUnitTest with_a_renderer_of_their_own[] = {
         cmocka_unit_test(batches_of_lights_add_up),
+        cmocka_unit_test(pairs_of_floats_add_up_as_well),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown) +
            cmocka_run_group_tests(with_a_renderer_of_their_own, NULL, NULL);
