@@ -8,6 +8,7 @@
 #include "renderer/gl/object.h"
 
 struct transparency_method;
+struct window_bounds;
 
 enum { PIXEL_LISTS_WORDS = 5 };
 
@@ -30,10 +31,11 @@ struct pixel_lists {
 /* Those of methods that peel layers, which keep one entry or two for each pixel
  * (renderer/transparency/peeling.h). */
 struct peeled_layers {
-    struct gl_buffer state; /* shaders/transparency/peeled_state.glsl */
-    struct gl_buffer sums;  /* shaders/transparency/peeled_sums.glsl */
-    uint64_t bytes;         /* that the window takes in all */
-    uint64_t dropped;       /* layers of the window that are beyond the most that is peeled */
+    struct gl_buffer state;       /* shaders/transparency/peeled_state.glsl */
+    struct gl_buffer sums;        /* shaders/transparency/peeled_sums.glsl */
+    uint64_t bytes;               /* that the window takes in all */
+    uint64_t dropped;             /* layers of the window that are beyond the most that is peeled */
+    struct window_bounds *bounds; /* owned: of the pixels that each set has layers of */
 };
 
 enum layers_outcome { LAYERS_FAILED, LAYERS_FOUND, LAYERS_TOO_MANY };

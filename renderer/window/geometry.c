@@ -521,7 +521,12 @@ bool geometry_draw_opaque(const struct window_frame *frame, const struct geometr
  * write. */
 static bool begin_layers(const struct window_frame *frame)
 {
+    const struct window_bounds *bounds = &frame->layer_bounds;
     set_depth_state(frame, false);
+    if (bounds->width) {
+        glEnable(GL_SCISSOR_TEST);
+        glScissor(bounds->x, bounds->y, bounds->width, bounds->height);
+    }
     glBindFramebuffer(GL_FRAMEBUFFER, frame->targets->depth_only.name);
     if (frame->targets->samples == 1 || frame->limits->has_post_depth_coverage)
         return false;
@@ -533,6 +538,7 @@ static bool begin_layers(const struct window_frame *frame)
 
 static void end_layers(void)
 {
+    glDisable(GL_SCISSOR_TEST);
     glDepthFunc(GL_GEQUAL);
     glDepthMask(GL_TRUE);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);

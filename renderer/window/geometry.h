@@ -33,7 +33,8 @@ void geometry_items_finish(struct geometry_items *items);
 MUST_CHECK bool geometry_draw_opaque(const struct window_frame *frame,
                                      const struct geometry_items *items, struct error *err);
 
-/* Draws the transparent items and the media against the opaque depth with `fragment`; textures only
+/* Draws the transparent items and the media against the opaque depth with `fragment`, within the
+ * frame's layer_bounds; textures only
  * if it evaluates materials. Media are drawn whole: both sides, what clip planes cut away too, and
  * in a draw of its own what lies behind the opaque depth, where some medium may surround the eye.
  */

@@ -17,6 +17,11 @@
 struct environment_light;
 struct environment_maps;
 
+/* Pixels of a window, y up; width 0: all. */
+struct window_bounds {
+    int x, y, width, height;
+};
+
 struct window_frame {
     struct program_cache *programs;
     struct gpu_timeline *timeline;
@@ -34,8 +39,9 @@ struct window_frame {
     int rounds, round; /* of samples, of the colour; of the one at hand the window has the shift */
     const struct environment_light *environment; /* where the view has a map; likewise */
     const struct environment_maps *environment_maps;
-    uint32_t list_room;   /* entries that lists_scatter.glsl may write */
-    uint32_t object_rank; /* of the object at hand, for sorted_scatter.frag.glsl */
+    uint32_t list_room;                /* entries that lists_scatter.glsl may write */
+    uint32_t object_rank;              /* of the object at hand, for sorted_scatter.frag.glsl */
+    struct window_bounds layer_bounds; /* transparent surfaces are drawn nowhere else */
 };
 
 /* What of a window is in the image of the frame's tile: where it begins in the window and in the

@@ -4,7 +4,8 @@
 //   PASS=0  no layer has been peeled yet
 //   PASS=1  adds the layer at hand, which is lit, and goes on to the next; a pixel ends where what
 //           all of its samples let through is less than half of what a float tells from nothing
-//           beside 1
+//           beside 1, and with its last layer: where the draws of later layers are cut off, a
+//           fragment that is peeled may come with other samples
 // Needs: SAMPLES.
 #include "shared/bindings.h"
 #include "base/wide.glsl"
@@ -12,14 +13,20 @@
 layout(local_size_x = 64) in;
 layout(std430, binding = BIND_ENTRY_KEYS) buffer key_buffer { uvec4 keys[]; };
 layout(std430, binding = BIND_ENTRY_COLORS) buffer color_buffer { vec4 colors[]; };
+#if PASS == 1
+layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer count_buffer { uint ends[]; };
+#endif
 layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
 #define PEELED_ACCESS
 #include "transparency/peeled_state.glsl"
 #define SUMS_ACCESS
 #include "transparency/peeled_sums.glsl"
-uniform uint u_pixels;
+uniform uint u_first;  // pixel of the dispatch
+uniform uint u_pixels; // their number
 #if PASS == 0
 uniform uint u_is_continued; // the light of earlier lights stays
+#else
+uniform uint u_peeled; // layers of a pixel, with those at hand, where it has as many
 #endif
 const float SHARE_LEAST = 1.0 / 33554432.0; // 2^-25
 
@@ -121,7 +128,8 @@ void add_layer(uint pixel)
 #ifdef DUAL
     composite_from_behind(pixel);
 #endif
-    if (composite(pixel) < SHARE_LEAST) {
+    uint count = ends[pixel] - (pixel == 0u ? 0u : ends[pixel - 1u]);
+    if (composite(pixel) < SHARE_LEAST || u_peeled >= count) {
         begin_layer(pixel, 0u, NO_TIE); // behind all depths
     } else {
         begin_layer(pixel, depth, tie);
@@ -132,10 +140,11 @@ void add_layer(uint pixel)
 
 void main()
 {
-    uint pixel = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u +
-                 gl_LocalInvocationID.x;
-    if (pixel >= u_pixels)
+    uint i = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u +
+             gl_LocalInvocationID.x;
+    if (i >= u_pixels)
         return;
+    uint pixel = u_first + i;
 #if PASS == 0
     begin_pixel(pixel);
 #else
