@@ -37,6 +37,7 @@ static const struct {
      "fragments are counted by atomic additions"},
     {"lists_scatter.frag.glsl*", "lists_scatter.frag.glsl*", "lists.*",
      "a fragment takes its place by an atomic addition, and writes there alone"},
+    {"sorted_scatter.frag.glsl*", "sorted_scatter.frag.glsl*", "lists.*", "likewise"},
 };
 
 bool gl_access_is_allowed(const struct gl_pair *pair)
