@@ -19,7 +19,7 @@ const struct shadow_technique_row shadow_technique_rows[SHADOWS_COUNT] = {
 #undef ROW
 };
 
-const char *const shadow_techniques_planned[] = {"volume", "silhouette", "area", NULL};
+const char *const shadow_techniques_planned[] = {"volume", "silhouette", NULL};
 
 static const struct shadow_technique_row *row_of(int technique)
 {

@@ -98,7 +98,11 @@ enum shadow_parameter {
         SHADOW_CAN_COLOR | SHADOW_CAN_FILTER | SHADOW_CAN_LAYERS | SHADOW_CAN_BE_SMOOTH |         \
             SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE,                                      \
         SHADOW_HAS_MAP, 4, NULL,                                                                  \
-        "a translucent map for each partition of the meshes (Modisett 2023)")
+        "a translucent map for each partition of the meshes (Modisett 2023)")                     \
+    ROW(AREA, "area", SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS,               \
+        SHADOW_HAS_AREA_SAMPLES, 4, NULL,                                                         \
+        "triangles rasterised onto each light's samples at every point, on the GPU (Wang et al. " \
+        "2014)")
 
 enum shadow_technique {
 #define SHADOW_TECHNIQUE_ID(id, name, can, parameters, distance, candidate, sentence) SHADOWS_##id,

@@ -48,6 +48,9 @@ const struct device_costs forecast_costs = {
     .point_level = 8.8,
     .layer_point_ray = 1310,
     .point_walk = 60,
+    .area_triangle = 1500,
+    .area_point = 600,
+    .area_asked = 120,
     .built_triangle = 281,
     .haze_slice = 110,
     .haze_ray = 11,
@@ -283,6 +286,30 @@ void forecast_add_points(const struct forecast_frame *frame, double terms[FORECA
     spread(some, frame->speed->trace, terms);
     if (frame->workload->shadowed_lights)
         add_build(frame, terms);
+}
+
+/* Triangles of one cell, where those of a scene lie a few over each other before a light. */
+static double count_asked(const struct workload *w)
+{
+    const double cells = 1500, over_each_other = 3;
+    return 2 + over_each_other * w->triangles / cells;
+}
+
+void forecast_add_area(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT])
+{
+    const struct device_costs *c = &forecast_costs;
+    const struct workload *w = frame->workload;
+    double some[FORECAST_TERM_COUNT] = {0}, rounds = count_rounds(frame->setting);
+    double surfaces = rounds * count_surfaces(w), lights = (double)w->shadowed_lights;
+    double more = frame->setting->samples > 1 ? 1 : 0;
+    if (frame->setting->has_shadows && w->shadowed_lights) {
+        some[FORECAST_TERM_POINTS] =
+            MS * (rounds * w->pixels * (c->point_pixel + more * c->msaa_point_pixel) +
+                  lights * surfaces * c->area_point);
+        some[FORECAST_TERM_POINT_RAYS] = MS * surfaces * w->lit * c->area_asked * count_asked(w);
+        some[FORECAST_TERM_MAPS] = MS * rounds * lights * w->triangles * c->area_triangle;
+    }
+    spread(some, frame->speed->shade, terms);
 }
 
 void forecast_add_rays(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT])

@@ -80,6 +80,9 @@ struct device_costs {
     double point, point_level;            /* its rays, per doubling of the triangles; those of a */
     double layer_point_ray;               /* transparent surface besides */
     double point_walk;                    /* as walk, besides it */
+    /* Grids of triangles: a triangle for a light, a surface for a light, whether it shines there or
+     * not; a triangle that is asked at a surface for a light that does. */
+    double area_triangle, area_point, area_asked;
     double built_triangle;
     double haze_slice, haze_ray;  /* a slice of the haze's grid; a ray from it, per doubling of the
                                      triangles. What maps take of its lights is as of surfaces */
@@ -137,6 +140,9 @@ struct forecast_frame { /* all required */
 void forecast_add_surfaces(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
 /* Shadow maps, and looking into them. */
 void forecast_add_maps(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
+/* Grids of triangles before each light, and the triangles of a cell for each sample of a light at
+ * each surface. */
+void forecast_add_area(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
 /* A ray to each light of each surface, and the ray tracer's structure. */
 void forecast_add_points(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
 /* A whole picture by rays, and the ray tracer's structure. */

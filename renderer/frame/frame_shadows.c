@@ -43,7 +43,9 @@ bool frame_shadows_begin(const struct frame_run *run, struct error *err)
         .finding = {.desc = &desc,
                     .is_shadowed = is_shadowed,
                     .programs = renderer->programs,
-                    .limits = gl_context_limits(renderer->gl)},
+                    .limits = gl_context_limits(renderer->gl),
+                    .scene_key = run->scene->key,
+                    .loop_steps = context->shade.loop_steps},
         .visibility_lobes = run->frame_plan->shaders.visibility_lobes,
     };
     bool ok = traced_shadows_begin(traced, &begun, err);

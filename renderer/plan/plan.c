@@ -378,7 +378,9 @@ static bool check_technique(struct frame_plan *made, const struct frame_plan_des
             .has_grids = desc->state->grid_count > 0 &&
                          (needs(plan, PLAN_NEED_COLOR) || needs(plan, PLAN_NEED_TRACED)),
             .window_lights = plan->traced_lights,
-            .thick_media = find_thick_media(&made->shadows)},
+            .thick_media = find_thick_media(&made->shadows),
+            .unfit_casters = needs(plan, PLAN_NEED_COLOR) ? plan->unfit_casters : 0,
+            .asked = plan->unfit_technique},
         &plan->lacks, err);
 }
 
@@ -582,6 +584,18 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
         add_pass(plan, PLAN_NEED_OVERLAY, PLAN_STEP_OVERLAY, "overlay.highlight", "", 0);
 }
 
+/* The technique that answers for a frame with casters that its own cannot answer for. */
+static void replace_unfit(struct plan *plan, const struct scene_state *state,
+                          struct view_quality *quality)
+{
+    const struct shadow_method *method = shadow_method_of(quality->shadows);
+    plan->unfit_casters = shadow_method_count_unfit(method, state, quality);
+    if (!plan->unfit_casters)
+        return;
+    plan->unfit_technique = quality->shadows;
+    quality->shadows = method->instead->id;
+}
+
 bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc, struct error *err)
 {
     struct view view = *desc->view;
@@ -597,6 +611,7 @@ bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc
     chosen.view = &view;
     if (plan->plan.choice.is_open && !shadow_technique_is_renderer(plan->plan.choice.technique))
         view.quality.shadows = plan->plan.choice.technique;
+    replace_unfit(&plan->plan, desc->state, &view.quality);
     require_atmosphere(&plan->plan, &chosen);
     if (!require_geometry(plan, &chosen, err) || !require_lights(plan, &chosen, err) ||
         !check_technique(plan, &chosen, err) || !check_deep(plan, &chosen, err))

@@ -79,10 +79,13 @@ struct plan {
     uint32_t lobes;     /* of drawn surfaces: shader_needs_lobes */
     int target_samples; /* per pixel, of the rasterised targets */
     int rounds;         /* of these, of the colour: renderer/base/sample_pattern.h */
-    size_t opaque_items, transparent_items;     /* in view */
-    size_t bending_items;                       /* of the latter: MATERIAL_BENDS */
-    size_t lights_by_technique[SHADOWS_COUNT];  /* those with a shadow, by that of each */
-    size_t traced_lights;                       /* of these: shadowed by rays */
+    size_t opaque_items, transparent_items;    /* in view */
+    size_t bending_items;                      /* of the latter: MATERIAL_BENDS */
+    size_t lights_by_technique[SHADOWS_COUNT]; /* those with a shadow, by that of each */
+    size_t traced_lights;                      /* of these: shadowed by rays */
+    /* Casters that the technique of the request cannot answer for: another one does. */
+    size_t unfit_casters;
+    enum shadow_technique unfit_technique;      /* with them: that of the request */
     const struct shadow_method *window_shadows; /* that of traced_lights; NULL without any */
     size_t unshadowed_lights;                   /* shine without a structure */
     size_t unfiltered_lights; /* plain maps let their light pass transparent casters unchanged */

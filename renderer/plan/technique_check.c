@@ -135,6 +135,12 @@ bool technique_check(const struct technique_demand *demand, struct technique_lac
             "deep filters it",
             shadow_technique_name((int)shadows), demand->unfiltered_lights, demand->lights);
     add_of_lights(demand, missing, lacks);
+    if (demand->unfit_casters > 0)
+        add(lacks,
+            "%s cannot follow light through %zu caster%s of the scene (textures, masks, media, "
+            "slabs, or that cast once): the shadows are those of %s",
+            shadow_technique_name((int)demand->asked), demand->unfit_casters,
+            demand->unfit_casters == 1 ? "" : "s", shadow_technique_name((int)shadows));
     if (demand->thick_media != SHADOWS_AUTO)
         add(lacks,
             "%s has no room for media: closed volumes keep the thickness of "

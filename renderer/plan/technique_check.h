@@ -26,9 +26,12 @@ struct technique_demand {
     /* That of a light with media among its casters which it filters light by, and cannot follow it
      * in; AUTO: there is none. */
     enum shadow_technique thick_media;
+    /* Casters that a technique cannot answer for, which therefore another one does; 0: none. */
+    size_t unfit_casters;
+    enum shadow_technique asked; /* with unfit_casters */
 };
 
-enum { TECHNIQUE_LACKS_MAX = 7 };
+enum { TECHNIQUE_LACKS_MAX = 8 };
 struct technique_lacks { /* warnings */
     char texts[TECHNIQUE_LACKS_MAX][REPORT_TEXT_BYTES];
     int count;

@@ -22,6 +22,9 @@ struct raytrace_shadows *raytrace_shadows_create(const struct raytrace_desc *des
                                                  struct raytrace_stats *stats, struct error *err);
 void raytrace_shadows_destroy(struct raytrace_shadows *shadows); /* accepts NULL */
 
+/* How far from the eye a surface of the frame may be [m]. */
+double rt_points_farthest(const struct raytrace_desc *desc);
+
 /* Points of one window, by pixel (rows from the bottom). All required but layer_ends. */
 struct raytrace_shadow_points {
     const struct shadow_point *points; /* first those of layers, then those of opaque surfaces */

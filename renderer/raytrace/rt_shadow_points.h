@@ -23,9 +23,6 @@ struct raytrace_shadows {
     double farthest_m; /* from the eye: no surface is farther */
 };
 
-/* Of the description of the frame: the value of farthest_m. */
-double rt_points_farthest(const struct raytrace_desc *desc);
-
 struct rt_point { /* a point, and what all its rays share */
     struct rt_shadow_job job;
     float normal[3]; /* for shading */

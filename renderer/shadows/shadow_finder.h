@@ -19,6 +19,8 @@ struct shadow_finding { /* a frame; all required */
     const bool *is_shadowed; /* per light of the state */
     struct program_cache *programs;
     const struct gl_limits *limits;
+    const char *scene_key; /* equal keys, equal scenes; of begin alone */
+    uint64_t loop_steps;   /* of one invocation, at most: of struct shade */
 };
 
 /* Some lights of every point's list: light_list_chunk of shaders/lights. */
@@ -67,6 +69,6 @@ struct shadow_finder {
     void (*finish)(struct traced_shadows *traced); /* frees traced->own, which may be NULL */
 };
 
-extern const struct shadow_finder shadow_finder_rays;
+extern const struct shadow_finder shadow_finder_rays, shadow_finder_area;
 
 #endif

@@ -115,12 +115,18 @@ struct shadow_method {
     const struct shadow_method *otherwise;
     /* Whether a light with these casters has a shadow of this technique. Thread: any. */
     bool (*wants)(const struct shadow_casters *casters, const struct view_quality *quality);
+    /* Of SHADOW_PER_WINDOW: whether it can find what light loses to a caster; NULL: to any. Where
+     * one does not fit, the whole frame has the other technique, with a warning. Thread: any. */
+    bool (*fits)(const struct scene_state *state, const struct state_item *item,
+                 const struct view_quality *quality);
+    const struct shadow_method *instead; /* required with `fits`; has none itself */
 };
 
 extern const struct shadow_structure shadow_structure_map, shadow_structure_deep,
     shadow_structure_linked, shadow_structure_rays, shadow_structure_translucent,
-    shadow_structure_stochastic, shadow_structure_colored, shadow_structure_composited;
-extern const struct shadow_method shadow_method_map, shadow_method_deep;
+    shadow_structure_stochastic, shadow_structure_colored, shadow_structure_composited,
+    shadow_structure_area;
+extern const struct shadow_method shadow_method_map, shadow_method_deep, shadow_method_rays;
 
 /* Opaque casters, drawn for the structure of every light. */
 extern const struct shadow_pass shadow_depth_pass;
@@ -133,6 +139,10 @@ const struct shadow_method *shadow_method_of(enum shadow_technique technique);
 /* The technique of a light with these casters; NULL: it shines without a shadow. */
 const struct shadow_method *shadow_method_choose(const struct shadow_casters *casters,
                                                  const struct view_quality *quality);
+/* Casters of the scene that do not fit; 0 of NULL. Thread: any. */
+size_t shadow_method_count_unfit(const struct shadow_method *method,
+                                 const struct scene_state *state,
+                                 const struct view_quality *quality);
 /* struct shadow_method.wants of techniques that are for transparent casters alone. */
 bool shadow_wants_transparent(const struct shadow_casters *casters,
                               const struct view_quality *quality);

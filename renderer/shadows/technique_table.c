@@ -18,7 +18,8 @@ const struct shadow_pass shadow_depth_pass = {
     METHOD(map)                \
     METHOD(deep)               \
     METHOD(linked)             \
-    METHOD(rays) METHOD(translucent) METHOD(stochastic) METHOD(colored) METHOD(composited)
+    METHOD(rays)               \
+    METHOD(translucent) METHOD(stochastic) METHOD(colored) METHOD(composited) METHOD(area)
 
 #define DECLARE(name) extern const struct shadow_method shadow_method_##name;
 SHADOW_METHODS(DECLARE)
@@ -33,7 +34,7 @@ const struct shadow_structure *shadow_structure_at(size_t index)
     static const struct shadow_structure *const structures[] = {
         &shadow_structure_map,     &shadow_structure_deep,        &shadow_structure_linked,
         &shadow_structure_rays,    &shadow_structure_translucent, &shadow_structure_stochastic,
-        &shadow_structure_colored, &shadow_structure_composited};
+        &shadow_structure_colored, &shadow_structure_composited,  &shadow_structure_area};
     return index < sizeof structures / sizeof *structures ? structures[index] : NULL;
 }
 
@@ -65,6 +66,16 @@ bool shadow_wants_transparent(const struct shadow_casters *casters,
 const struct shadow_finder *shadow_finder_of(const struct shadow_method *method)
 {
     return method ? method->structure->finder : NULL;
+}
+
+size_t shadow_method_count_unfit(const struct shadow_method *method,
+                                 const struct scene_state *state,
+                                 const struct view_quality *quality)
+{
+    size_t count = 0;
+    for (size_t i = 0; method && method->fits && i < state->item_count; i++)
+        count += state->items[i].casts_shadow && !method->fits(state, &state->items[i], quality);
+    return count;
 }
 
 bool shadow_is_per_window(enum shadow_technique technique)

@@ -42,8 +42,22 @@
 #define BIND_SHADOW_KEYS 11         /* u32 per two events: SHADOW_KEYS_AT */
 #define BIND_SHADOW_HEADS 11        /* while counts are scanned: u32 per texel, and one */
 #define BIND_SHADOW_EVENTS_ID 12
-#define BIND_SCAN 13             /* block sums of a scan */
-#define BIND_LIGHT_HEADS 13      /* linked light lists: counter and heads under construction */
+#define BIND_SCAN 13        /* block sums of a scan */
+#define BIND_LIGHT_HEADS 13 /* linked light lists: counter and heads under construction */
+/* the grid of a light's blockers (shaders/shadows/area_grid.glsl), beside BIND_TRACED_POINTS;
+ * materials stay bound */
+#define BIND_AREA_CORNERS 0      /* uvec4, three per triangle: position, normal */
+#define BIND_AREA_OWNERS 13      /* u32 per triangle: its caster */
+#define BIND_AREA_CASTERS 2      /* struct area_caster[] */
+#define BIND_AREA_CELLS 3        /* u32: AREA_HEAD_WORDS, then the farthest depth in each cell */
+#define BIND_AREA_COUNTS 4       /* u32 per cell: triangles that have no place yet */
+#define BIND_AREA_FIRSTS 5       /* u32 per cell, and one: its first pair */
+#define BIND_AREA_STARTS 6       /* struct area_start[], per point */
+#define BIND_AREA_PLACES 7       /* uvec2 per point: its cell, its first filter */
+#define BIND_AREA_PAIRS 8        /* u32: triangles, by cell */
+#define BIND_AREA_TABLE 9        /* uvec2 per point, as UNIT_TRACED_POINTS */
+#define BIND_AREA_FILTERS 10     /* uvec2, as UNIT_TRACED_FILTERS */
+#define BIND_AREA_LIGHTS 12      /* u32 per light: filters that it has at a point */
 #define BIND_TRACED_POINTS 11    /* points that traced shadows are asked for */
 #define BIND_TRACED_HEADS 12     /* u32 per pixel: its first point << 3 | their number */
 #define BIND_VISIBILITY 11       /* while surfaces are lit: uvec2 per point and lobe */

@@ -257,4 +257,46 @@ LAYOUT_SIZE(shadow_point, 32)
 #define TRACED_FILTER_BITS 19
 #define TRACED_EXPONENT_MAX 100
 
+/* The grid of what blocks a light (shaders/shadows/area_grid.glsl). */
+#define AREA_SIDE 128     /* cells a side: light on one side of a plane, or parallel */
+#define AREA_FACE_SIDE 64 /* likewise of each of the six faces around a point */
+#define AREA_FACES 6
+#define AREA_FACE_WORDS 7 /* of a face: bounds, farthest depth, how far rays may start aside */
+#define AREA_HEAD_WORDS (AREA_FACES * AREA_FACE_WORDS)
+#define AREA_RECTANGLE 0 /* kinds of light: an area on a plane, a point, parallel */
+#define AREA_POINT 1
+#define AREA_PARALLEL 2
+#define AREA_FLAT 0x80008000u /* the first normal's word of a triangle whose vertices share one */
+#define AREA_NOWHERE 0xffffffffu
+#define AREA_LOG_ONE (1 << 20)  /* filters are sums of -log2 in this unit, which never ... */
+#define AREA_LOG_MOST (1 << 30) /* ... exceed this: nothing passes */
+#define AREA_CASTER_OPAQUE 1u
+#define AREA_CASTER_WHOLE 2u /* clip planes do not cut it: it closes a cut */
+#define AREA_CASTER_NODE 2   /* shift: its node, and one */
+
+struct area_caster {          /* all triangles of one item */
+    uint flags;               /* AREA_CASTER_* */
+    uint log_r, log_g, log_b; /* what one crossing takes: AREA_LOG_ONE */
+};
+LAYOUT(area_caster, log_r, 4)
+LAYOUT_SIZE(area_caster, 16)
+
+struct area_start {     /* where the shadow rays of a point begin */
+    vec4 origin_offset; /* from the scene's origin; w: how far off the surface [m] */
+    float normal_x, normal_y, normal_z; /* unit */
+    uint skip;                          /* the triangle that it lies on, where it is known */
+};
+LAYOUT(area_start, normal_x, 16)
+LAYOUT(area_start, skip, 28)
+LAYOUT_SIZE(area_start, 32)
+
+struct area_statistics { /* of one light */
+    uint pairs[2];       /* triangles in cells: low and high word */
+    uint longest;        /* most in one cell */
+    uint filters;        /* of all points of the chunk */
+};
+LAYOUT(area_statistics, longest, 8)
+LAYOUT(area_statistics, filters, 12)
+LAYOUT_SIZE(area_statistics, 16)
+
 #endif

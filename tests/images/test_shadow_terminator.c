@@ -64,6 +64,8 @@ static const struct form {
     {"rays", SHADOWS_RAYTRACED, false, 1, 0},
     {"reference", SHADOWS_RAYTRACED, true, 1, 0},
     {"traced shadows", SHADOWS_RAYTRACED_SHADOWS, false, 1, 0},
+    {"area", SHADOWS_AREA, false, 1, 0},
+    {"area, samples apart", SHADOWS_AREA, false, 4, 0},
     {"map of 256", SHADOWS_MAP, false, 1, 256},
     {"map of 2048", SHADOWS_MAP, false, 1, 2048},
     {"map of 1024, samples apart", SHADOWS_MAP, false, 4, 1024},

@@ -43,7 +43,8 @@ ROOMS = {
     "shaders/window": "shaders/shared shaders/draw",
     "shaders/lights": "shaders/shared shaders/base",
     "shaders/transparency": "shaders/shared shaders/base shaders/material shaders/draw",
-    "shaders/shadows": "shaders/shared shaders/base shaders/material shaders/draw shaders/window",
+    "shaders/shadows": "shaders/shared shaders/base shaders/material shaders/draw shaders/window"
+        " shaders/lights",
     "shaders/shading":
         "shaders/shared shaders/base shaders/material shaders/image shaders/draw shaders/window"
         " shaders/lights shaders/shadows",

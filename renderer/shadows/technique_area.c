@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: MIT */
+/* `area`: the triangles that may block a light are rasterised onto its samples at every point of a
+ * window, on the device (area_grid.h). */
+#include "renderer/shadows/area_casters.h"
+#include "renderer/shadows/shadow_finder.h"
+#include "renderer/shadows/technique.h"
+
+static bool wants(const struct shadow_casters *casters, const struct view_quality *quality)
+{
+    (void)quality;
+    return casters->opaque_count + casters->transparent_count > 0;
+}
+
+static bool fits(const struct scene_state *state, const struct state_item *item,
+                 const struct view_quality *quality)
+{
+    return area_casters_is_even(state, item, quality->blend_filter);
+}
+
+static const struct shadow_pass passes[] = {
+    {.name = "shadow.casters"},
+    {.name = "shadow.points", .is_of_windows = true},
+    {.name = "shadow.area", .is_of_windows = true},
+    {.name = NULL},
+};
+
+static const struct shadow_trial trials[] = {
+    {"area", {.shadows = SHADOWS_AREA}},
+    {.name = NULL},
+};
+
+const struct shadow_structure shadow_structure_area = {
+    .scope = SHADOW_PER_WINDOW,
+    .passes = passes,
+    .trials = trials,
+    .forecast = forecast_add_area,
+    .finder = &shadow_finder_area,
+};
+
+const struct shadow_method shadow_method_area = {.id = SHADOWS_AREA,
+                                                 .structure = &shadow_structure_area,
+                                                 .wants = wants,
+                                                 .fits = fits,
+                                                 .instead = &shadow_method_rays};

@@ -1,0 +1,197 @@
+/* SPDX-License-Identifier: MIT */
+/* Pictures by `area`: the shadows of rays to the same points of the same lights, which the
+ * reference approaches with more of them; and what a frame says where others have to find them. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "glb/shapes.h"
+#include "tests/support/closed_form_internal.h"
+#include "tests/support/closed_form_media.h"
+#include "tests/support/image_checks.h"
+
+enum { SIDE_PX = 128 };
+
+static const struct view_light lamps[] = {
+    {.type = SCENE_LIGHT_RECT,
+     .position = {0.6, 5, 0.4},
+     .direction = {-0.1, -1, -0.05},
+     .up = {0.2, 0, 1},
+     .color = {1, 0.9, 0.8},
+     .intensity = 20,
+     .width_m = 0.9,
+     .height_m = 0.5},
+    {.type = SCENE_LIGHT_DISK,
+     .position = {-1.2, 4.5, 0.2},
+     .direction = {0.25, -1, 0.1},
+     .color = {0.5, 0.7, 1},
+     .intensity = 20,
+     .radius_m = 0.4},
+};
+
+/* Share of pixels that differ from those by rays. */
+static double compare(struct renderer *renderer, const struct rig_scene *rig, struct view view,
+                      const char *name, double tolerance)
+{
+    struct frame frame;
+    view.quality.shadows = SHADOWS_AREA;
+    shoot(renderer, rig, &view, &frame);
+    assert_image_is_sound(&frame.outputs[VIEW_OUTPUT_COLOR], 1e6);
+    assert_true(report_has_pass(&frame.report, "shadow.area", "area"));
+    assert_false(report_has_pass(&frame.report, "shadow.trace", NULL));
+    assert_int_equal(frame.report.counts.shadow_rays, 0);
+    view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
+    struct image rays = shoot_color(renderer, rig, &view);
+    view.quality.shadows = SHADOWS_NONE;
+    struct image bare = shoot_color(renderer, rig, &view);
+    double share = image_share_differing(&frame.outputs[VIEW_OUTPUT_COLOR], &rays, tolerance, 1);
+    double shadowed = image_share_differing(&bare, &rays, tolerance, 1);
+    printf("%s: %.3f %% of pixels differ by more than %g; %.1f %% are in shadow\n", name,
+           100 * share, tolerance, 100 * shadowed);
+    save_picture(&frame.outputs[VIEW_OUTPUT_COLOR], "area_shadows");
+    save_picture(&rays, "area_shadows_rays");
+    assert_true(shadowed > 0.05);
+    frame_finish(&frame);
+    image_finish(&rays);
+    image_finish(&bare);
+    return share;
+}
+
+static struct view make_view(const char *camera, int samples)
+{
+    return (struct view){.width_px = SIDE_PX,
+                         .height_px = SIDE_PX,
+                         .camera = {.kind = VIEW_CAMERA_NODE, .node = camera},
+                         .quality = {.samples = samples}};
+}
+
+static void open_panes(struct rig_scene *rig, struct renderer *renderer, uint64_t seed)
+{
+    struct closed_form_scene scene;
+    random_panes_scene_build(
+        &(struct random_panes_scene_desc){
+            .pane_count = 12, .seed = seed, .light = (enum glb_light_type)(seed % 3)},
+        &scene);
+    rig_scene_open(rig, renderer, "panes", scene.glb, scene.size_bytes);
+    closed_form_scene_finish(&scene);
+}
+
+static void points_spots_and_suns_cast_the_shadows_of_rays(void **state)
+{
+    for (uint64_t seed = 1; seed <= 6; seed++) {
+        struct rig_scene rig;
+        open_panes(&rig, *state, seed);
+        assert_true(compare(*state, &rig, make_view("Floor", 1), "panes", 2e-4) <= 1e-3);
+        rig_scene_finish(&rig, *state);
+    }
+}
+
+static void areas_cast_the_shadows_of_rays_to_the_same_points(void **state)
+{
+    for (uint64_t seed = 1; seed <= 3; seed++) {
+        struct rig_scene rig;
+        struct view view = make_view("Floor", 1);
+        open_panes(&rig, *state, seed);
+        view.lights = lamps;
+        view.light_count = 2;
+        view.ignore_scene_lights = seed > 1;
+        for (int samples = 1; samples <= 50; samples += 1 + 3 * samples) {
+            view.quality.area_samples = samples;
+            assert_true(compare(*state, &rig, view, "areas", 2e-4) <= 2e-3);
+        }
+        rig_scene_finish(&rig, *state);
+    }
+}
+
+/* Balls, whose shadows begin on the curved surface that their vertices describe. */
+static void a_room_of_curves_has_the_shadows_of_rays(void **state)
+{
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    room_scene_build(&(struct room_scene_desc){.light_count = 12, .seed = 7}, &scene);
+    rig_scene_open(&rig, *state, "room", scene.glb, scene.size_bytes);
+    struct view view = make_view("Room", 1);
+    view.lights = lamps;
+    view.light_count = 2;
+    assert_true(compare(*state, &rig, view, "room", 1e-3) <= 5e-3);
+    view.quality.samples = 4;
+    assert_true(compare(*state, &rig, view, "room, 4 samples", 5e-3) <= 5e-3);
+    view.quality.samples = 1;
+    const double planes[2][4] = {{0, -1, 0, 3.5}, {1, 0, 0.2, 1}};
+    view.clip_planes = planes;
+    view.clip_plane_count = 2;
+    assert_true(compare(*state, &rig, view, "room, cut", 1e-3) <= 5e-3);
+    view.clip_plane_count = 0;
+    view.camera = (struct view_camera){
+        .kind = VIEW_CAMERA_LOOK_AT, .eye = {4, 5, 8}, .target = {0, 1, 0}, .ortho_height = 6};
+    assert_true(compare(*state, &rig, view, "room, orthographic", 1e-3) <= 5e-3);
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
+/* With as many points on the lights as the reference has, but others. */
+static void penumbrae_approach_the_reference(void **state)
+{
+    struct rig_scene rig;
+    struct view view = make_view("Floor", 1);
+    double before = 1;
+    open_panes(&rig, *state, 2);
+    view.lights = lamps;
+    view.light_count = 2;
+    view.ignore_scene_lights = true;
+    view.quality.reference = true;
+    view.quality.area_samples = 1024;
+    struct image reference = shoot_color(*state, &rig, &view);
+    view.quality.reference = false;
+    view.quality.shadows = SHADOWS_AREA;
+    for (int samples = 4; samples <= 256; samples *= 4) {
+        view.quality.area_samples = samples;
+        struct image image = shoot_color(*state, &rig, &view);
+        double error = mean_error(&image, &reference);
+        printf("%d points: mean error %.5f\n", samples, error);
+        assert_true(error < 0.6 * before);
+        before = error;
+        image_finish(&image);
+    }
+    assert_true(before < 3e-3); /* the noise of 256 points */
+    image_finish(&reference);
+    rig_scene_finish(&rig, *state);
+}
+
+static void casters_that_change_light_by_place_leave_the_frame_to_rays(void **state)
+{
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    struct frame frame;
+    projector_scene_build(&(struct projector_scene_desc){.cells = 4}, &scene);
+    rig_scene_open(&rig, *state, "projector", scene.glb, scene.size_bytes);
+    struct view view = make_view("Wall", 1);
+    view.quality.shadows = SHADOWS_AREA;
+    shoot(*state, &rig, &view, &frame);
+    assert_true(report_has_warning(&frame.report, "area cannot follow light through 1 caster"));
+    assert_true(report_has_pass(&frame.report, "shadow.trace", "raytraced-shadows"));
+    view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
+    struct image rays = shoot_color(*state, &rig, &view);
+    assert_same_bits(&frame.outputs[VIEW_OUTPUT_COLOR], &rays);
+    frame_finish(&frame);
+    image_finish(&rays);
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(points_spots_and_suns_cast_the_shadows_of_rays),
+        cmocka_unit_test(areas_cast_the_shadows_of_rays_to_the_same_points),
+        cmocka_unit_test(a_room_of_curves_has_the_shadows_of_rays),
+        cmocka_unit_test(penumbrae_approach_the_reference),
+        cmocka_unit_test(casters_that_change_light_by_place_leave_the_frame_to_rays),
+    };
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
+}
