@@ -338,6 +338,7 @@ static bool scan(const struct area_grid *grid, const struct area_grid_desc *desc
         return false;
     gl_program_set_u(program, "u_count", cells);
     glDispatchCompute(1, 1, 1);
+    wait_for_writes();
     gl_buffer_read(&grid->statistics, 0, sizeof *statistics, statistics);
     return true;
 }
@@ -502,8 +503,8 @@ static bool find_filters(const struct area_grid_desc *desc, const struct area_li
     for (uint32_t first = 0; first < light->samples; first += 4 * groups_of(light->samples)) {
         gl_program_set_u(program, "u_first_sample", first);
         window_dispatch_items(desc->points.count);
+        wait_for_writes();
     }
-    wait_for_writes();
     return true;
 }
 
