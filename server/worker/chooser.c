@@ -147,12 +147,12 @@ static const char *const source_texts[SOURCE_TEXT_COUNT] = {
     [SOURCE_MODEL] = "forecast from counts: nothing is measured here",
 };
 
-/* Errors that were not measured for just this view leave out that of haze. */
+/* Errors that were measured for another view leave out that of this one's haze. */
 static void tell_error(const struct choice_row *row, enum source source, unsigned needs,
                        char error[ERROR_TEXT_BYTES])
 {
-    bool is_of_view = source == SOURCE_VIEW || source == SOURCE_VIEW_SCALED;
-    bool leaves_out = needs & SHADOW_CAN_ATMOSPHERE && !is_of_view;
+    bool is_of_another = source == SOURCE_SCENE || source == SOURCE_SCENE_SCALED;
+    bool leaves_out = needs & SHADOW_CAN_ATMOSPHERE && is_of_another;
     snprintf(error, ERROR_TEXT_BYTES, "an unknown error");
     if (isfinite(row->error))
         snprintf(error, ERROR_TEXT_BYTES, "RMSE %.3g%s", row->error,

@@ -45,14 +45,16 @@ int bench_generate(int count, char **arguments)
 {
     struct error err = {0};
     char *end = NULL;
-    unsigned long seed = count == 2 ? strtoul(arguments[0], &end, 10) : 0;
+    bool is_smoky = count == 3 && strcmp(arguments[2], "--smoke") == 0;
+    unsigned long seed = count == 2 || is_smoky ? strtoul(arguments[0], &end, 10) : 0;
     struct generated_scene *scene = calloc(1, sizeof *scene);
     if (!seed || *end || !scene) {
-        fputs("usage: vitrail-bench generate SEED FILE.glb\n", stderr);
+        fputs("usage: vitrail-bench generate SEED FILE.glb [--smoke]\n", stderr);
         free(scene);
         return 2;
     }
-    bool ok = generated_scene_make(scene, seed, &err);
+    bool ok = is_smoky ? generated_scene_make_smoky(scene, seed, &err)
+                       : generated_scene_make(scene, seed, &err);
     FILE *file = ok ? fopen(arguments[1], "wbe") : NULL;
     if (ok && (!file || fwrite(scene->glb, 1, scene->glb_bytes, file) != scene->glb_bytes))
         ok = error_set(&err, ERROR_INTERNAL, "%s: %s", arguments[1], strerror(errno));

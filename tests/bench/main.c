@@ -50,7 +50,7 @@ static const char usage[] =
     "usage: vitrail-bench SUITE|all|list [options]\n"
     "       vitrail-bench promises [--seeds N] [--busy] [--wish budget_ms|max_error] [--quick] "
     "[--json]\n"
-    "       vitrail-bench generate SEED FILE.glb\n"
+    "       vitrail-bench generate SEED FILE.glb [--smoke]\n"
     "       vitrail-bench farm [SCENE.glb] [--size WxH] [--frames N] [--rounds N] [--quick] "
     "[--json]\n"
     "       vitrail-bench live [SCENE.glb] [--size WxH] [--seconds S] [--quick] [--json]\n"

@@ -11,7 +11,7 @@ took no longer in the renderer, an error where the picture that was sent (EXR) i
 the ray-traced reference of 256 samples per pixel; either counts where the reply warned that
 nothing keeps it. --busy: beside a process that keeps a processor busy. Where budgets are asked
 for, every scene has a daemon of its own with an empty state directory, so that nothing is
-compiled; --quick: one scene, one budget, one error.
+compiled; --haze, --smoke: the same scenes with either; --quick: one scene, one budget, one error.
 """
 import argparse
 import json
@@ -30,20 +30,24 @@ WANTED.add_argument("--seeds", type=int, default=12)
 WANTED.add_argument("--first-seed", type=int, default=2001)  # nothing was fitted to these
 WANTED.add_argument("--wish", choices=WISHES, action="append")
 WANTED.add_argument("--busy", action="store_true")
+WANTED.add_argument("--haze", type=float, default=0, metavar="DENSITY")  # 1/m
+WANTED.add_argument("--smoke", action="store_true")
 WANTED.add_argument("--quick", action="store_true")
 WANTED.add_argument("--json", action="store_true")
 
 BUDGETS_MS = (60, 150, 250, 500, 1000)
 ERRORS = (0.08, 0.05, 0.03, 0.02, 0.012, 0.008)
 SMALL = {"width": 64, "height": 48}  # of pictures whose error is measured
-REFERENCE = {"reference": True, "samples": 256}
+REFERENCE = {"reference": True, "samples": 256, "atmosphere_samples": 16}  # of each sample
 SHARE_KEPT, MOST_MISSED = 0.95, 3
 
 
-def generate(binaries, seed, path):
-    done = subprocess.run([os.path.join(binaries, "vitrail-bench"), "generate", str(seed), path],
+def generate(wanted, seed, path):
+    done = subprocess.run([os.path.join(wanted.bin, "vitrail-bench"), "generate", str(seed), path,
+                           *(["--smoke"] if wanted.smoke else [])],
                           capture_output=True, text=True, check=True)
-    return json.loads(done.stdout)
+    haze = {"atmosphere": {"density": wanted.haze, "anisotropy": 0.3}} if wanted.haze else {}
+    return {**json.loads(done.stdout), **haze}
 
 
 def draw(daemon, request, quality):
@@ -81,7 +85,7 @@ def ask_errors(daemon, request, is_quick):
 
 def run_scene(wanted, daemon, seed):
     with tempfile.NamedTemporaryFile(suffix=".glb") as file:
-        request = generate(wanted.bin, seed, file.name)
+        request = generate(wanted, seed, file.name)
         name = request.pop("name")
         reply = daemon.ask("/v1/scenes", file.read(), "model/gltf-binary")[1]
     request["scene"] = json.loads(reply)["id"]

@@ -168,8 +168,11 @@ static void models_grow_with_what_they_are_made_of(void **state)
     assert_true(one->error > coarse->error && one->ms < coarse->ms);
     more.haze_slices = 1e6;
     assert_int_equal(choice_estimate(&more, &open, large), count);
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < count; i++) {
         assert_true(large[i].ms > small[i].ms + 1 && isfinite(large[i].ms));
+        assert_true(large[i].error > small[i].error || isinf(small[i].error));
+        assert_false(large[i].error < 0.036);
+    }
     more.haze_slices = 0;
     more.has_grids = true;
     const struct quality_target rays = {.max_error = 1, .shadows = SHADOWS_RAYTRACED};
