@@ -19,7 +19,7 @@ const struct shadow_technique_row shadow_technique_rows[SHADOWS_COUNT] = {
 #undef ROW
 };
 
-const char *const shadow_techniques_planned[] = {"volume", "silhouette", NULL};
+const char *const shadow_techniques_planned[] = {"silhouette", NULL};
 
 static const struct shadow_technique_row *row_of(int technique)
 {
@@ -60,10 +60,10 @@ int shadow_technique_taps(enum shadow_technique technique, int said)
 
 enum shadow_family shadow_technique_family(enum shadow_technique technique)
 {
-    return shadow_technique_can(technique, SHADOW_CAN_MANY_SAMPLES)   ? SHADOW_FAMILY_RAYS
-           : shadow_technique_has(technique, SHADOW_HAS_RESOLUTION)   ? SHADOW_FAMILY_MAPS
-           : shadow_technique_has(technique, SHADOW_HAS_AREA_SAMPLES) ? SHADOW_FAMILY_POINTS
-                                                                      : SHADOW_FAMILY_NONE;
+    return shadow_technique_can(technique, SHADOW_CAN_MANY_SAMPLES) ? SHADOW_FAMILY_RAYS
+           : shadow_technique_has(technique, SHADOW_HAS_RESOLUTION) ? SHADOW_FAMILY_MAPS
+           : shadow_technique_can(technique, SHADOW_CAN_FILTER)     ? SHADOW_FAMILY_POINTS
+                                                                    : SHADOW_FAMILY_NONE;
 }
 
 bool shadow_technique_is_renderer(enum shadow_technique technique)

@@ -102,7 +102,9 @@ enum shadow_parameter {
     ROW(AREA, "area", SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS,               \
         SHADOW_HAS_AREA_SAMPLES, 4, NULL,                                                         \
         "triangles rasterised onto each light's samples at every point, on the GPU (Wang et al. " \
-        "2014)")
+        "2014)")                                                                                  \
+    ROW(VOLUME, "volume", SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA, 0, 4, NULL,                        \
+        "shadow volumes that count surfaces of equal filters (Kim, Kim and Turk); sharp, no maps")
 
 enum shadow_technique {
 #define SHADOW_TECHNIQUE_ID(id, name, can, parameters, distance, candidate, sentence) SHADOWS_##id,
@@ -135,7 +137,7 @@ bool shadow_technique_has(enum shadow_technique technique, unsigned parameters);
 enum shadow_family {
     SHADOW_FAMILY_MAPS,   /* maps of each light; `auto`, too, where nothing is chosen yet */
     SHADOW_FAMILY_RAYS,   /* rays draw the whole picture */
-    SHADOW_FAMILY_POINTS, /* rays from the points of a rasterised picture */
+    SHADOW_FAMILY_POINTS, /* the points of a rasterised picture are asked for */
     SHADOW_FAMILY_NONE,   /* no shadows */
     SHADOW_FAMILIES
 };

@@ -52,6 +52,8 @@ const struct device_costs forecast_costs = {
     .area_point = 600,
     .area_asked = 120,
     .built_triangle = 281,
+    .volume_point = 400,
+    .volume_face = 100,
     .haze_slice = 110,
     .haze_ray = 11,
     .grid_point = 527,
@@ -310,6 +312,23 @@ void forecast_add_area(const struct forecast_frame *frame, double terms[FORECAST
         some[FORECAST_TERM_MAPS] = MS * rounds * lights * w->triangles * c->area_triangle;
     }
     spread(some, frame->speed->shade, terms);
+}
+
+void forecast_add_volumes(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT])
+{
+    const struct workload *w = frame->workload;
+    const struct forecast_setting *setting = frame->setting;
+    const struct device_costs *c = &forecast_costs;
+    double some[FORECAST_TERM_COUNT] = {0}, rounds = count_rounds(setting);
+    double more = setting->samples > 1 ? 1 : 0, surfaces = rounds * count_surfaces(w);
+    if (!setting->has_shadows || !w->shadowed_lights)
+        return;
+    some[FORECAST_TERM_POINTS] +=
+        MS * rounds * w->pixels * (c->point_pixel + more * c->msaa_point_pixel);
+    some[FORECAST_TERM_MAPS] +=
+        MS * (double)w->shadowed_lights *
+        (surfaces * c->volume_point + rounds * w->triangles * w->pixels / 1000 * c->volume_face);
+    spread(some, frame->speed->maps, terms);
 }
 
 void forecast_add_rays(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT])

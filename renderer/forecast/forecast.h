@@ -84,6 +84,8 @@ struct device_costs {
      * not; a triangle that is asked at a surface for a light that does. */
     double area_triangle, area_point, area_asked;
     double built_triangle;
+    double volume_point, volume_face; /* shadow volumes: a light at a surface; a triangle for a
+                                         light and a thousand pixels */
     double haze_slice, haze_ray;  /* a slice of the haze's grid; a ray from it, per doubling of the
                                      triangles. What maps take of its lights is as of surfaces */
     double grid_point, grid_cell; /* a point of a density grid for a light in reach, with its ray; a
@@ -145,6 +147,8 @@ void forecast_add_maps(const struct forecast_frame *frame, double terms[FORECAST
 void forecast_add_area(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
 /* A ray to each light of each surface, and the ray tracer's structure. */
 void forecast_add_points(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
+/* Likewise of shadow volumes. */
+void forecast_add_volumes(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
 /* A whole picture by rays, and the ray tracer's structure. */
 void forecast_add_rays(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
 

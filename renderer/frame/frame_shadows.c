@@ -42,6 +42,7 @@ bool frame_shadows_begin(const struct frame_run *run, struct error *err)
         .technique = technique_of(run),
         .finding = {.desc = &desc,
                     .is_shadowed = is_shadowed,
+                    .needs = needs,
                     .programs = renderer->programs,
                     .limits = gl_context_limits(renderer->gl),
                     .scene_key = run->scene->key,

@@ -235,7 +235,8 @@ static void require_areas(struct shader_needs *shaders, const struct frame_plan_
     for (size_t i = 0; i < desc->state->light_count; i++) {
         if (!state_light_is_area(&desc->state->lights[i]))
             continue;
-        shaders->has_area_form = !shadow_is_per_window(quality->shadows);
+        shaders->has_area_form = !shadow_is_per_window(quality->shadows) ||
+                                 !shadow_technique_can(quality->shadows, SHADOW_CAN_AREA_LIGHTS);
         shaders->area_samples =
             shaders->has_area_form ? 0 : rt_light_sample_count(&desc->state->lights[i], quality);
         return;

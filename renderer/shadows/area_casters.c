@@ -57,18 +57,22 @@ static uint32_t log_of(double filter)
     return (uint32_t)fmin(fmax(log, 0), AREA_LOG_MOST);
 }
 
+void area_casters_filter(const struct scene_state *state, const struct state_item *item,
+                         enum view_blend_filter blend, double filter[3])
+{
+    const struct rt_mesh mesh = mesh_of(state, item);
+    if (!rt_surface_plain_filter(&mesh, blend, filter))
+        filter[0] = filter[1] = filter[2] = 0;
+}
+
 static struct area_caster caster_of(const struct scene_state *state, const struct state_item *item,
                                     enum view_blend_filter blend)
 {
     struct area_caster caster = {.flags = item->cap ? AREA_CASTER_WHOLE : 0};
-    double filter[3] = {0};
-    if (item->class_ == STATE_TRANSPARENT) {
-        const struct rt_mesh mesh = mesh_of(state, item);
-        if (!rt_surface_plain_filter(&mesh, blend, filter))
-            filter[0] = filter[1] = filter[2] = 0;
-    } else {
+    double filter[3];
+    area_casters_filter(state, item, blend, filter);
+    if (item->class_ != STATE_TRANSPARENT)
         caster.flags |= AREA_CASTER_OPAQUE;
-    }
     caster.flags |= (item->node + 1) << AREA_CASTER_NODE;
     caster.log_r = log_of(filter[0]);
     caster.log_g = log_of(filter[1]);

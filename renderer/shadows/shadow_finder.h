@@ -8,6 +8,7 @@
 #include "renderer/gl/program_list.h"
 #include "renderer/lights/light_lists.h"
 #include "renderer/raytrace/raytrace_shadows.h"
+#include "renderer/shadows/shadow_needs.h"
 #include "renderer/window/window.h"
 
 struct traced_shadows;
@@ -17,6 +18,7 @@ struct shadow_finding { /* a frame; all required */
      * raytrace_shadows_create takes */
     const struct raytrace_desc *desc;
     const bool *is_shadowed; /* per light of the state */
+    const struct shadow_needs *needs;
     struct program_cache *programs;
     const struct gl_limits *limits;
     const char *scene_key; /* equal keys, equal scenes; of begin alone */
@@ -69,6 +71,6 @@ struct shadow_finder {
     void (*finish)(struct traced_shadows *traced); /* frees traced->own, which may be NULL */
 };
 
-extern const struct shadow_finder shadow_finder_rays, shadow_finder_area;
+extern const struct shadow_finder shadow_finder_rays, shadow_finder_area, shadow_finder_volume;
 
 #endif

@@ -371,6 +371,8 @@ static bool read_points(struct traced_shadows *traced, const struct window_frame
                                         pixel_bytes, err)))
             return false;
     }
+    traced->layer_ends = layer_count ? layers->method->ends(layers) : NULL;
+    traced->longest_layers = layer_count ? layers->longest : 0;
     traced->window = (struct raytrace_shadow_points){
         .points = traced->arrays[TRACED_POINTS],
         .count = count,

@@ -48,6 +48,10 @@ struct traced_shadows { /* zeroed before begin; buffers are kept between frames 
     /* Likewise: enum VISIBILITY_* of each point; 0: light of a map passes all. */
     uint32_t visibility_lobes;
 
+    /* Of the points that were collected last: the end of each pixel's layers among them, NULL
+     * without any, and the most that a pixel has. */
+    const struct gl_buffer *layer_ends;
+    uint64_t longest_layers;
     struct raytrace_shadow_points window; /* its arrays are NULL where they are not read back */
     void *arrays[TRACED_ARRAYS];          /* of the window */
     size_t filter_capacity;

@@ -46,20 +46,35 @@
 #define BIND_LIGHT_HEADS 13 /* linked light lists: counter and heads under construction */
 /* the grid of a light's blockers (shaders/shadows/area_grid.glsl), beside BIND_TRACED_POINTS;
  * materials stay bound */
-#define BIND_AREA_CORNERS 0      /* uvec4, three per triangle: position, normal */
-#define BIND_AREA_OWNERS 13      /* u32 per triangle: its caster */
-#define BIND_AREA_CASTERS 2      /* struct area_caster[] */
-#define BIND_AREA_CELLS 3        /* u32: AREA_HEAD_WORDS, then the farthest depth in each cell */
-#define BIND_AREA_COUNTS 4       /* u32 per cell: triangles that have no place yet */
-#define BIND_AREA_FIRSTS 5       /* u32 per cell, and one: its first pair */
-#define BIND_AREA_STARTS 6       /* struct area_start[], per point */
-#define BIND_AREA_PLACES 7       /* uvec2 per point: its cell, its first filter */
-#define BIND_AREA_PAIRS 8        /* u32: triangles, by cell */
-#define BIND_AREA_TABLE 9        /* uvec2 per point, as UNIT_TRACED_POINTS */
-#define BIND_AREA_FILTERS 10     /* uvec2, as UNIT_TRACED_FILTERS */
-#define BIND_AREA_LIGHTS 12      /* u32 per light: filters that it has at a point */
-#define BIND_TRACED_POINTS 11    /* points that traced shadows are asked for */
-#define BIND_TRACED_HEADS 12     /* u32 per pixel: its first point << 3 | their number */
+#define BIND_AREA_CORNERS 0   /* uvec4, three per triangle: position, normal */
+#define BIND_AREA_OWNERS 13   /* u32 per triangle: its caster */
+#define BIND_AREA_CASTERS 2   /* struct area_caster[] */
+#define BIND_AREA_CELLS 3     /* u32: AREA_HEAD_WORDS, then the farthest depth in each cell */
+#define BIND_AREA_COUNTS 4    /* u32 per cell: triangles that have no place yet */
+#define BIND_AREA_FIRSTS 5    /* u32 per cell, and one: its first pair */
+#define BIND_AREA_STARTS 6    /* struct area_start[], per point */
+#define BIND_AREA_PLACES 7    /* uvec2 per point: its cell, its first filter */
+#define BIND_AREA_PAIRS 8     /* u32: triangles, by cell */
+#define BIND_AREA_TABLE 9     /* uvec2 per point, as UNIT_TRACED_POINTS */
+#define BIND_AREA_FILTERS 10  /* uvec2, as UNIT_TRACED_FILTERS */
+#define BIND_AREA_LIGHTS 12   /* u32 per light: filters that it has at a point */
+#define BIND_TRACED_POINTS 11 /* points that traced shadows are asked for */
+#define BIND_TRACED_HEADS 12  /* u32 per pixel: its first point << 3 | their number */
+/* shadow volumes, after points were collected (renderer/shadows/finder_volume.c) */
+#define BIND_VOLUME_TABLE 0      /* uvec2 per point: first filter, cluster */
+#define BIND_VOLUME_VERTICES 2   /* vec4, view space */
+#define BIND_VOLUME_EDGES 3      /* uvec4: vertices, first side, sides */
+#define BIND_VOLUME_LIGHTS 3     /* u32 per light: 1 where it is shadowed; by points */
+#define BIND_VOLUME_SIDES 4      /* uvec2: vertex opposite, VOLUME_SIDE */
+#define BIND_VOLUME_TRIANGLES 5  /* uvec4: vertices, VOLUME_SIDE */
+#define BIND_VOLUME_WEIGHTS 6    /* uvec4, two per item: struct volume_weight */
+#define BIND_VOLUME_FACES 7      /* struct volume_face, of edges and then of triangles */
+#define BIND_VOLUME_SPANS 8      /* uvec2: face, tiles */
+#define BIND_VOLUME_STARTS 9     /* vec4 per point: off its surface, and the light's filter */
+#define BIND_VOLUME_SUMS 10      /* i32, six per point */
+#define BIND_VOLUME_ENDS 13      /* u32 per pixel: end of its layers; while faces are crossed */
+#define BIND_VOLUME_REACH 13     /* u32: bits of items; while faces are made */
+#define BIND_VOLUME_FILTERS 15   /* uvec2 */
 #define BIND_VISIBILITY 11       /* while surfaces are lit: uvec2 per point and lobe */
 #define BIND_STATISTICS 14       /* counters read back by the report */
 #define BIND_PIXEL_LEFT 10       /* u32 per pixel: entries counted, and not yet written */
@@ -75,6 +90,14 @@
 #define BIND_PEELED 12           /* transparency: u32 per pixel: peeled_state.glsl */
 #define BIND_PEELED_SUMS 15      /* vec4 per sample: peeled_sums.glsl; haze is not there */
 #define BIND_ATMOSPHERE_SUMS 15  /* while surfaces are lit: f32, three per slice of a corner */
+
+/* words of the counters of shadow volumes; before: spans. Six of what the eye's light loses. */
+#define VOLUME_OF_EYE 1u
+/* Two each: of the pixels with points that the light gets to, the first's complement, and the end.
+ */
+#define VOLUME_FIRST_PIXEL 7u
+#define VOLUME_END_PIXEL 9u
+#define VOLUME_COUNTERS 11
 
 /* words of the statistics of a window's layers; before: how many there are, and of one pixel */
 #define STATISTICS_PEELING 2 /* set where a pixel may have more layers than are peeled */

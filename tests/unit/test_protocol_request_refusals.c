@@ -421,7 +421,7 @@ static void bad_quality(void **state)
 static void documented_but_unbuilt_techniques_are_unsupported(void **state)
 {
     (void)state;
-    static const char *const names[] = {"volume", "silhouette"};
+    static const char *const names[] = {"silhouette"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         char json[256];
         snprintf(json, sizeof json, "{\"scene\":\"" ID "\",\"quality\":{\"shadows\":\"%s\"}}",

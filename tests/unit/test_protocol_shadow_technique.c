@@ -120,6 +120,8 @@ static void families_follow_from_the_rows(void **state)
         [SHADOWS_COMPOSITED] = SHADOW_FAMILY_MAPS,
         [SHADOWS_RAYTRACED] = SHADOW_FAMILY_RAYS,
         [SHADOWS_RAYTRACED_SHADOWS] = SHADOW_FAMILY_POINTS,
+        [SHADOWS_AREA] = SHADOW_FAMILY_POINTS,
+        [SHADOWS_VOLUME] = SHADOW_FAMILY_POINTS,
     };
     for (size_t i = 0; i < sizeof families / sizeof *families; i++)
         assert_int_equal(shadow_technique_family((enum shadow_technique)i), families[i]);

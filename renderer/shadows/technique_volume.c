@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT */
+/* `volume`: shadow volumes of transparent and opaque casters, for every surface and layer of a
+ * window (finder_volume.c). */
+#include "renderer/shadows/area_casters.h"
+#include "renderer/shadows/shadow_finder.h"
+#include "renderer/shadows/technique.h"
+
+static bool wants(const struct shadow_casters *casters, const struct view_quality *quality)
+{
+    (void)quality;
+    return casters->opaque_count + casters->transparent_count > 0;
+}
+
+static bool fits(const struct scene_state *state, const struct state_item *item,
+                 const struct view_quality *quality)
+{
+    return area_casters_is_even(state, item, quality->blend_filter) &&
+           !state->materials[item->material].no_self_shadow;
+}
+
+static const struct shadow_pass passes[] = {
+    {.name = "shadow.edges"},
+    {.name = "shadow.points", .is_of_windows = true},
+    {.name = "shadow.volumes", .is_of_windows = true},
+    {.name = NULL},
+};
+
+static const struct shadow_trial trials[] = {
+    {"volume", {.shadows = SHADOWS_VOLUME}},
+    {.name = NULL},
+};
+
+const struct shadow_structure shadow_structure_volume = {
+    .scope = SHADOW_PER_WINDOW,
+    .passes = passes,
+    .trials = trials,
+    .forecast = forecast_add_volumes,
+    .finder = &shadow_finder_volume,
+};
+
+const struct shadow_method shadow_method_volume = {.id = SHADOWS_VOLUME,
+                                                   .structure = &shadow_structure_volume,
+                                                   .wants = wants,
+                                                   .fits = fits,
+                                                   .instead = &shadow_method_rays};

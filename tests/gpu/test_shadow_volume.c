@@ -1,0 +1,351 @@
+/* SPDX-License-Identifier: MIT */
+/* Shadow volumes in closed form: what is left of a light on a floor is the product of the filters
+ * of the triangles on its way, whatever their edges have in common, wherever the eye is. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "renderer/base/matrix.h"
+#include "tests/support/closed_form_internal.h"
+#include "tests/support/image_checks.h"
+#include "tests/support/shadow_rig.h"
+
+enum { SIDE_PX = 48, TRIANGLES_MAX = 256 };
+
+struct triangle {
+    double corners[3][3];
+    int color; /* of `colors` */
+};
+
+static const double colors[][3] = {{0.5, 0.25, 1}, {0.75, 0.5, 0.125}, {0.3, 1, 0.6}, {0, 0, 0}};
+enum { COLORS = 4, OPAQUE = 3 };
+
+struct soup {
+    struct triangle triangles[TRIANGLES_MAX];
+    int count;
+};
+
+static void add(struct soup *soup, int color, const double a[3], const double b[3],
+                const double c[3])
+{
+    assert_true(soup->count < TRIANGLES_MAX);
+    struct triangle *t = &soup->triangles[soup->count++];
+    memcpy(t->corners[0], a, sizeof t->corners[0]);
+    memcpy(t->corners[1], b, sizeof t->corners[1]);
+    memcpy(t->corners[2], c, sizeof t->corners[2]);
+    t->color = color;
+}
+
+/* Level, half a metre around the axis, a little askew. */
+static void add_sheet(struct soup *soup, int color, double y)
+{
+    const double p[4][3] = {{-0.5, y, -0.45}, {0.55, y, -0.5}, {0.5, y, 0.48}, {-0.52, y, 0.5}};
+    add(soup, color, p[0], p[1], p[2]);
+    add(soup, color, p[0], p[2], p[3]);
+}
+
+static void add_box(struct soup *soup, int color, const double low[3], const double high[3])
+{
+    static const int faces[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1},
+                                    {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
+    double p[8][3];
+    for (int i = 0; i < 8; i++)
+        for (int k = 0; k < 3; k++)
+            p[i][k] = i >> k & 1 ? high[k] : low[k];
+    for (int i = 0; i < 6; i++) {
+        add(soup, color, p[faces[i][0]], p[faces[i][1]], p[faces[i][2]]);
+        add(soup, color, p[faces[i][0]], p[faces[i][2]], p[faces[i][3]]);
+    }
+}
+
+/* A mesh and a material for each colour; all triangles have vertices of their own. */
+static void build(const struct soup *soup, struct closed_form_scene *scene)
+{
+    struct glb_builder *builder = closed_form_begin(scene, "Soup", 0);
+    closed_form_floor(scene, builder, 4);
+    for (int color = 0; color < COLORS; color++) {
+        float positions[TRIANGLES_MAX][9];
+        size_t count = 0;
+        for (int i = 0; i < soup->count; i++) {
+            const struct triangle *t = &soup->triangles[i];
+            for (int k = 0; t->color == color && k < 9; k++)
+                positions[count][k] = (float)t->corners[k / 3][k % 3];
+            count += t->color == color;
+        }
+        if (!count)
+            continue;
+        struct glb_material_desc material = {.name = "Filter",
+                                             .base_color = {0, 0, 0, 1},
+                                             .transmission = color == OPAQUE ? 0 : 1,
+                                             .has_ior = true,
+                                             .ior = 1,
+                                             .is_double_sided = true};
+        for (int k = 0; k < 3; k++)
+            material.base_color[k] = colors[color][k];
+        const struct glb_primitive_desc primitive = {
+            .material = glb_builder_add_material(builder, &material),
+            .vertex_count = 3 * count,
+            .positions = positions[0]};
+        struct glb_node_desc node = {.name = "Soup",
+                                     .mesh = glb_builder_add_mesh(builder, "Soup", &primitive, 1)};
+        glb_builder_add_node(builder, &node);
+    }
+    closed_form_end(scene, builder);
+}
+
+static double volume_of(const double a[3], const double b[3], const double c[3], const double d[3])
+{
+    double u[3], v[3], w[3], n[3];
+    vec3_sub(b, a, u);
+    vec3_sub(c, a, v);
+    vec3_sub(d, a, w);
+    vec3_cross(u, v, n);
+    return vec3_dot(n, w);
+}
+
+/* Whether the triangle is between two points: 1, 0, or -1 where that hangs on a hair. */
+static int is_between(const struct triangle *t, const double p[3], const double q[3])
+{
+    const double hair = 2e-4;
+    const double(*c)[3] = t->corners;
+    double inside[3], ends[2] = {volume_of(c[0], c[1], c[2], p), volume_of(c[0], c[1], c[2], q)};
+    double u[3], v[3], n[3], length = vec3_length((vec3_sub(q, p, u), u));
+    vec3_sub(c[1], c[0], u);
+    vec3_sub(c[2], c[0], v);
+    vec3_cross(u, v, n);
+    if (vec3_length(n) < 1e-9) /* a line */
+        return 0;
+    int sign = 0;
+    bool is_near = false;
+    for (int i = 0; i < 3; i++) {
+        vec3_sub(c[(i + 1) % 3], c[i], u);
+        inside[i] = volume_of(p, q, c[i], c[(i + 1) % 3]) / length / vec3_length(u);
+        is_near |= fabs(inside[i]) < hair;
+        sign += inside[i] > 0 ? 1 : -1;
+    }
+    if (fabs(ends[0]) < hair * vec3_length(n) || fabs(ends[1]) < 1e-9)
+        return fabs(ends[1]) < 1e-9 ? 0 : -1;
+    return (ends[0] > 0) == (ends[1] > 0) ? 0 : is_near ? -1 : abs(sign) == 3;
+}
+
+struct answer {
+    int compared, counts[8]; /* by the number of triangles on the way */
+};
+
+/* Whether triangles are before the point as the eye sees it. */
+static bool is_seen_through(const struct soup *soup, const struct view_camera *camera,
+                            const double point[3])
+{
+    double from[3], back[3];
+    vec3_sub(camera->eye, camera->target, back);
+    for (int k = 0; k < 3; k++)
+        from[k] = camera->ortho_height > 0 ? point[k] + 100 * back[k] : camera->eye[k];
+    for (int i = 0; i < soup->count; i++)
+        if (is_between(&soup->triangles[i], point, from))
+            return true;
+    return false;
+}
+
+/* Through panes the floor is seen with what they reflect, which is little where light does not
+ * graze them. */
+static void expect(const struct soup *soup, const struct view *view, const double point[3],
+                   const float ratio[3], const char *name, struct answer *answer)
+{
+    const struct view_light *light = view->lights;
+    bool is_dim = is_seen_through(soup, &view->camera, point);
+    double tolerance = is_dim ? 2e-3 : 2e-5;
+    if (is_dim && light->type == SCENE_LIGHT_DIRECTIONAL && light->direction[1] > -0.5)
+        return;
+    double expected[3] = {1, 1, 1}, at[3];
+    int count = 0;
+    for (int k = 0; k < 3; k++)
+        at[k] = light->type == SCENE_LIGHT_DIRECTIONAL ? point[k] - 1000 * light->direction[k]
+                                                       : light->position[k];
+    for (int i = 0; i < soup->count; i++) {
+        int found = is_between(&soup->triangles[i], point, at);
+        if (found < 0)
+            return;
+        count += found;
+        for (int k = 0; found && k < 3; k++)
+            expected[k] *= colors[soup->triangles[i].color][k];
+    }
+    answer->compared++;
+    answer->counts[count < 8 ? count : 7]++;
+    for (int k = 0; k < 3; k++)
+        if (fabs((double)ratio[k] - expected[k]) > tolerance)
+            fail_msg("%s: channel %d at (%g, %g) is %.7g instead of %.7g", name, k, point[0],
+                     point[2], (double)ratio[k], expected[k]);
+}
+
+/* From below the casters, which is in their shadow; from beside; from above, through them; and the
+ * same at infinity. */
+static const struct view_camera cameras[] = {
+    {.eye = {0.02, 0.4, 0.03}, .target = {0, 0, 0}, .up = {0, 0, -1}, .fov_y_deg = 100},
+    {.eye = {3, 1.3, 2}, .target = {0, 0, 0}, .fov_y_deg = 50},
+    {.eye = {0.4, 6, 1}, .target = {0, 0, 0}, .up = {0, 0, -1}, .fov_y_deg = 30},
+    {.eye = {0, 0.4, 0}, .target = {0, 0, 0}, .up = {0, 0, -1}, .ortho_height = 3},
+    {.eye = {2, 3, 2}, .target = {0, 0, 0}, .ortho_height = 3},
+};
+
+/* The last one leans towards eyes that look down, so that its volumes go where their way begins. */
+static const struct view_light lights[] = {
+    {.type = SCENE_LIGHT_POINT, .position = {0.13, 4, -0.21}},
+    {.type = SCENE_LIGHT_SPOT,
+     .position = {1.1, 3, 0.7},
+     .direction = {-0.3, -1, -0.2},
+     .inner_cone_deg = 70,
+     .outer_cone_deg = 80},
+    {.type = SCENE_LIGHT_DIRECTIONAL, .direction = {0.31, -1, 0.12}},
+    {.type = SCENE_LIGHT_DIRECTIONAL, .direction = {0.9, -0.2, 0.8}},
+};
+
+static void check_view(struct renderer *renderer, const struct rig_scene *rig,
+                       const struct soup *soup, struct view *view, const char *name,
+                       struct answer *answer)
+{
+    struct frame dark;
+    view->quality.shadows = SHADOWS_NONE;
+    struct image open = shoot_color(renderer, rig, view);
+    view->quality.shadows = SHADOWS_VOLUME;
+    shoot(renderer, rig, view, &dark);
+    assert_true(report_has_pass(&dark.report, "shadow.volumes", "volume"));
+    for (int i = 0; i < SIDE_PX * SIDE_PX; i++) {
+        double point[3];
+        int x = i % SIDE_PX, y = i / SIDE_PX;
+        const float *before = image_pixel_f32(&open, x, y);
+        const float *after = image_pixel_f32(&dark.outputs[VIEW_OUTPUT_COLOR], x, y);
+        if (!view_meet_plane(view, x, y, (double[]){0, 1, 0}, 0, point) || fabs(point[0]) > 3 ||
+            fabs(point[2]) > 3 || before[0] < 1e-2f)
+            continue;
+        float ratio[3];
+        for (int k = 0; k < 3; k++)
+            ratio[k] = before[k] > 0 ? after[k] / before[k] : 0;
+        expect(soup, view, point, ratio, name, answer);
+    }
+    image_finish(&open);
+    frame_finish(&dark);
+}
+
+/* The same of all eyes and lights; returns how many points had so many triangles before them. */
+static struct answer check(struct renderer *renderer, const struct soup *soup, const char *name)
+{
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    struct answer answer = {0};
+    build(soup, &scene);
+    rig_scene_open(&rig, renderer, name, scene.glb, scene.size_bytes);
+    for (size_t c = 0; c < sizeof cameras / sizeof *cameras; c++)
+        for (size_t l = 0; l < sizeof lights / sizeof *lights; l++) {
+            struct view_light light = lights[l];
+            struct view view = {.width_px = SIDE_PX,
+                                .height_px = SIDE_PX,
+                                .camera = cameras[c],
+                                .lights = &light,
+                                .light_count = 1,
+                                .ignore_scene_lights = true,
+                                .quality = {.samples = 1}};
+            view.camera.kind = VIEW_CAMERA_LOOK_AT;
+            light.intensity = light.type == SCENE_LIGHT_DIRECTIONAL ? 3 : 40;
+            for (int k = 0; k < 3; k++)
+                light.color[k] = 1;
+            check_view(renderer, &rig, soup, &view, name, &answer);
+        }
+    printf("%s: %d points; %d, %d, %d, %d behind 0, 1, 2, 3 triangles\n", name, answer.compared,
+           answer.counts[0], answer.counts[1], answer.counts[2], answer.counts[3]);
+    rig_scene_finish(&rig, renderer);
+    closed_form_scene_finish(&scene);
+    return answer;
+}
+
+static void a_triangle_counts_once(void **state)
+{
+    struct soup soup = {.count = 0};
+    add(&soup, 0, (double[]){-0.5, 1, -0.4}, (double[]){0.6, 1.2, -0.1}, (double[]){0, 0.9, 0.6});
+    struct answer answer = check(*state, &soup, "triangle");
+    assert_true(answer.counts[1] > 500 && answer.counts[2] == 0);
+}
+
+static void sheets_multiply_in_two_colors(void **state)
+{
+    struct soup soup = {.count = 0};
+    add_sheet(&soup, 0, 0.8);
+    add_sheet(&soup, 1, 1);
+    add_sheet(&soup, 0, 1.2);
+    add_sheet(&soup, 2, -0.5); /* below the floor: on no way */
+    struct answer answer = check(*state, &soup, "sheets");
+    assert_true(answer.counts[3] > 500);
+}
+
+static void a_box_counts_twice_from_within_too(void **state)
+{
+    struct soup soup = {.count = 0};
+    add_box(&soup, 2, (double[]){-0.5, 0.7, -0.4}, (double[]){0.45, 1.3, 0.5});
+    struct answer answer = check(*state, &soup, "box");
+    assert_true(answer.counts[2] > 500 && answer.counts[1] == 0);
+    soup.count = 0; /* about the first eye and the floor */
+    add_box(&soup, 2, (double[]){-0.7, -0.3, -0.6}, (double[]){0.65, 0.8, 0.7});
+    answer = check(*state, &soup, "box about the eye");
+    assert_true(answer.counts[1] > 500);
+}
+
+/* Three triangles and more on an edge, the same twice, and such that are no more than a line. */
+static void edges_may_have_any_triangles(void **state)
+{
+    struct soup soup = {.count = 0};
+    const double a[3] = {-0.6, 1, -0.1}, b[3] = {0.6, 1.1, 0.1};
+    for (int i = 0; i < 5; i++) {
+        double angle = 1.1 * i;
+        add(&soup, i % 3, a, b, (double[]){0.1, 1 + 0.5 * sin(angle), 0.6 * cos(angle)});
+    }
+    add(&soup, 0, b, a, (double[]){0.1, 1, 0.6}); /* once more, turned */
+    add(&soup, 1, a, b, a);                       /* a line */
+    add(&soup, 1, a, b, (double[]){0, 1.05, 0});  /* likewise */
+    add(&soup, OPAQUE, b, (double[]){0.9, 1, 0.1}, (double[]){0.8, 1, -0.3});
+    struct answer answer = check(*state, &soup, "edge of many");
+    assert_true(answer.counts[1] > 500 && answer.counts[2] > 500);
+}
+
+/* Its plane runs through the first light, where it casts no shadow. */
+static void a_triangle_in_the_plane_of_the_light_casts_none(void **state)
+{
+    struct soup soup = {.count = 0};
+    const double *at = lights[0].position;
+    add(&soup, 1, (double[]){at[0], 1, -0.8}, (double[]){at[0], 1, 0.5}, (double[]){at[0], 2, 0});
+    add_sheet(&soup, 0, 0.9);
+    check(*state, &soup, "plane of the light");
+}
+
+static void a_soup_of_triangles_is_exact(void **state)
+{
+    struct soup soup = {.count = 0};
+    uint64_t seed = 11;
+    double points[24][3];
+    for (int i = 0; i < 24; i++)
+        for (int k = 0; k < 3; k++)
+            points[i][k] = rig_random(&seed) * (k == 1 ? 1.2 : 1.6) + (k == 1 ? 0.6 : -0.8);
+    for (int i = 0; i < 60; i++) {
+        int a = (int)(24 * rig_random(&seed)), b = (a + 1 + (int)(23 * rig_random(&seed))) % 24;
+        int c = (int)(24 * rig_random(&seed));
+        if (c != a && c != b)
+            add(&soup, i % 19 ? i % 3 : OPAQUE, points[a], points[b], points[c]);
+    }
+    check(*state, &soup, "soup");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_triangle_counts_once),
+        cmocka_unit_test(sheets_multiply_in_two_colors),
+        cmocka_unit_test(a_box_counts_twice_from_within_too),
+        cmocka_unit_test(edges_may_have_any_triangles),
+        cmocka_unit_test(a_triangle_in_the_plane_of_the_light_casts_none),
+        cmocka_unit_test(a_soup_of_triangles_is_exact),
+    };
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
+}
