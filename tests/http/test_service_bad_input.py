@@ -35,7 +35,8 @@ def set_at(path, value):
 def planned_shadow_techniques():
     """The names that the manual of requests says are part of the format and not here yet."""
     with open(MANUAL, encoding="utf-8") as manual:
-        sentence = re.search(r"The shadow techniques (.*) are part of the format;", manual.read())
+        sentence = re.search(r"The shadow techniques? (.*) (?:is|are) part of the format;",
+                             manual.read())
     return re.findall(r"`([a-z-]+)`", sentence.group(1))
 
 
