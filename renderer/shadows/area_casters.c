@@ -118,6 +118,11 @@ struct build { /* of all casters, on the host */
     double origin[3];
 };
 
+static bool is_same(const float a[3], const float b[3])
+{
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
 /* The words of three normals; flat where they are one, or where light from behind is diffused,
  * which would be in its own shadow above the surface. */
 static void put_normals(struct build *build, const struct state_item *item,
@@ -132,8 +137,7 @@ static void put_normals(struct build *build, const struct state_item *item,
         normals[i] = from->normals + 3 * (size_t)(from->primitive->first_vertex + vertices[i]);
     if (item->class_ != STATE_OPAQUE ||
         build->state->materials[item->material].base.diffuse_transmission > 0 ||
-        (!memcmp(normals[0], normals[1], 3 * sizeof(float)) &&
-         !memcmp(normals[0], normals[2], 3 * sizeof(float))))
+        (is_same(normals[0], normals[1]) && is_same(normals[0], normals[2])))
         return;
     uint32_t words[3];
     for (int i = 0; i < 3; i++) {

@@ -85,6 +85,11 @@ static bool grow_vertices(struct building *building, struct error *err)
     return true;
 }
 
+static bool is_same(const double a[3], const double b[3])
+{
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
 static bool find_vertex(struct building *building, const double at[3], uint32_t *vertex,
                         struct error *err)
 {
@@ -92,12 +97,13 @@ static bool find_vertex(struct building *building, const double at[3], uint32_t 
     double point[3];
     for (int k = 0; k < 3; k++)
         point[k] = at[k] + 0.0; /* -0 is 0 */
-    if (casters->vertex_count == building->vertex_capacity && !grow_vertices(building, err))
+    bool is_full = !building->slots || casters->vertex_count == building->vertex_capacity;
+    if (is_full && !grow_vertices(building, err))
         return false;
     size_t slot = slot_of(building, point);
     while (building->slots[slot]) {
         *vertex = building->slots[slot] - 1;
-        if (!memcmp(casters->vertices[*vertex], point, sizeof point))
+        if (is_same(casters->vertices[*vertex], point))
             return true;
         slot = (slot + 1) & (building->slot_count - 1);
     }
