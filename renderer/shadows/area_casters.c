@@ -7,39 +7,10 @@
 #include <string.h>
 
 #include "renderer/base/matrix.h"
-#include "renderer/raytrace/rt_surface.h"
+#include "renderer/shadows/caster_filter.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"
-
-/* What the ray tracer knows of the item, as far as its filter goes. */
-static struct rt_mesh mesh_of(const struct scene_state *state, const struct state_item *item)
-{
-    const uint32_t uv = SCENE_PRIMITIVE_HAS_TEXCOORDS_0 | SCENE_PRIMITIVE_HAS_TEXCOORDS_1;
-    struct rt_mesh mesh = {.item = item,
-                           .class_ = item->class_,
-                           .is_medium = item->is_medium,
-                           .material = &state->materials[item->material].base,
-                           .primitive = state_geometry_of(state, item).primitive};
-    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
-        int32_t texture = mesh.material->textures[slot].texture;
-        if (texture >= 0 && state->scene->textures[texture].image >= 0 &&
-            (mesh.primitive->flags & uv))
-            mesh.slots |= 1u << slot;
-    }
-    return mesh;
-}
-
-bool area_casters_is_even(const struct scene_state *state, const struct state_item *item,
-                          enum view_blend_filter blend)
-{
-    double filter[3];
-    if (!item->casts_shadow || item->class_ == STATE_OPAQUE)
-        return true;
-    const struct rt_mesh mesh = mesh_of(state, item);
-    return !item->is_medium && !state->materials[item->material].cast_once &&
-           rt_surface_plain_filter(&mesh, blend, filter);
-}
 
 void area_casters_foretell(const struct scene_state *state, bool *has_filters, bool *has_curves)
 {
@@ -57,20 +28,12 @@ static uint32_t log_of(double filter)
     return (uint32_t)fmin(fmax(log, 0), AREA_LOG_MOST);
 }
 
-void area_casters_filter(const struct scene_state *state, const struct state_item *item,
-                         enum view_blend_filter blend, double filter[3])
-{
-    const struct rt_mesh mesh = mesh_of(state, item);
-    if (!rt_surface_plain_filter(&mesh, blend, filter))
-        filter[0] = filter[1] = filter[2] = 0;
-}
-
 static struct area_caster caster_of(const struct scene_state *state, const struct state_item *item,
                                     enum view_blend_filter blend)
 {
     struct area_caster caster = {.flags = item->cap ? AREA_CASTER_WHOLE : 0};
     double filter[3];
-    area_casters_filter(state, item, blend, filter);
+    caster_filter_of(state, item, blend, filter);
     if (item->class_ != STATE_TRANSPARENT)
         caster.flags |= AREA_CASTER_OPAQUE;
     caster.flags |= (item->node + 1) << AREA_CASTER_NODE;

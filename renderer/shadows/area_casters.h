@@ -36,16 +36,6 @@ MUST_CHECK bool area_casters_prepare(struct area_casters *casters,
 uint64_t area_casters_size_bytes(const struct area_casters *casters);
 void area_casters_finish(struct area_casters *casters);
 
-/* Whether all crossings of the item by light are alike: it is opaque, or its filter is one for all
- * places and angles. Others (textures, vertex colours, masks, slabs, media, casting once) are not
- * for these grids. Thread: any. */
-bool area_casters_is_even(const struct scene_state *state, const struct state_item *item,
-                          enum view_blend_filter blend);
-
-/* What such an item lets through of each channel; an opaque one nothing. Thread: any. */
-void area_casters_filter(const struct scene_state *state, const struct state_item *item,
-                         enum view_blend_filter blend, double filter[3]);
-
 /* Whether some of the state's casters are transparent, and whether vertices of some opaque ones may
  * have normals of their own. Thread: any. */
 void area_casters_foretell(const struct scene_state *state, bool *has_filters, bool *has_curves);

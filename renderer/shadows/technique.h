@@ -146,6 +146,8 @@ size_t shadow_method_count_unfit(const struct shadow_method *method,
 /* struct shadow_method.wants of techniques that are for transparent casters alone. */
 bool shadow_wants_transparent(const struct shadow_casters *casters,
                               const struct view_quality *quality);
+/* Likewise, of techniques that are for all casters. */
+bool shadow_wants_any(const struct shadow_casters *casters, const struct view_quality *quality);
 /* What finds its shadows; NULL of NULL, and of techniques with structures. */
 const struct shadow_finder *shadow_finder_of(const struct shadow_method *method);
 /* Whether a finder finds the shadows of each window where the request names a technique. */

@@ -1,20 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /* `area`: the triangles that may block a light are rasterised onto its samples at every point of a
  * window, on the device (area_grid.h). */
-#include "renderer/shadows/area_casters.h"
+#include "renderer/shadows/caster_filter.h"
 #include "renderer/shadows/shadow_finder.h"
 #include "renderer/shadows/technique.h"
-
-static bool wants(const struct shadow_casters *casters, const struct view_quality *quality)
-{
-    (void)quality;
-    return casters->opaque_count + casters->transparent_count > 0;
-}
 
 static bool fits(const struct scene_state *state, const struct state_item *item,
                  const struct view_quality *quality)
 {
-    return area_casters_is_even(state, item, quality->blend_filter);
+    return caster_filter_is_even(state, item, quality->blend_filter);
 }
 
 static const struct shadow_pass passes[] = {
@@ -39,6 +33,6 @@ const struct shadow_structure shadow_structure_area = {
 
 const struct shadow_method shadow_method_area = {.id = SHADOWS_AREA,
                                                  .structure = &shadow_structure_area,
-                                                 .wants = wants,
+                                                 .wants = shadow_wants_any,
                                                  .fits = fits,
                                                  .instead = &shadow_method_rays};

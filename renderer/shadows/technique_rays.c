@@ -4,12 +4,6 @@
 #include "renderer/shadows/shadow_finder.h"
 #include "renderer/shadows/technique.h"
 
-static bool wants(const struct shadow_casters *casters, const struct view_quality *quality)
-{
-    (void)quality;
-    return casters->opaque_count + casters->transparent_count > 0;
-}
-
 static const struct shadow_pass passes[] = {
     {.name = "raytrace.build"},
     {.name = "shadow.points", .is_of_windows = true},
@@ -30,5 +24,6 @@ const struct shadow_structure shadow_structure_rays = {
     .finder = &shadow_finder_rays,
 };
 
-const struct shadow_method shadow_method_rays = {
-    .id = SHADOWS_RAYTRACED_SHADOWS, .structure = &shadow_structure_rays, .wants = wants};
+const struct shadow_method shadow_method_rays = {.id = SHADOWS_RAYTRACED_SHADOWS,
+                                                 .structure = &shadow_structure_rays,
+                                                 .wants = shadow_wants_any};

@@ -65,6 +65,12 @@ bool shadow_wants_transparent(const struct shadow_casters *casters,
     return casters->transparent_count > 0;
 }
 
+bool shadow_wants_any(const struct shadow_casters *casters, const struct view_quality *quality)
+{
+    (void)quality;
+    return casters->opaque_count + casters->transparent_count > 0;
+}
+
 const struct shadow_finder *shadow_finder_of(const struct shadow_method *method)
 {
     return method ? method->structure->finder : NULL;

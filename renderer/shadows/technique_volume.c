@@ -1,20 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /* `volume`: shadow volumes of transparent and opaque casters, for every surface and layer of a
  * window (finder_volume.c). */
-#include "renderer/shadows/area_casters.h"
+#include "renderer/shadows/caster_filter.h"
 #include "renderer/shadows/shadow_finder.h"
 #include "renderer/shadows/technique.h"
-
-static bool wants(const struct shadow_casters *casters, const struct view_quality *quality)
-{
-    (void)quality;
-    return casters->opaque_count + casters->transparent_count > 0;
-}
 
 static bool fits(const struct scene_state *state, const struct state_item *item,
                  const struct view_quality *quality)
 {
-    return area_casters_is_even(state, item, quality->blend_filter) &&
+    return caster_filter_is_even(state, item, quality->blend_filter) &&
            !state->materials[item->material].no_self_shadow;
 }
 
@@ -40,6 +34,6 @@ const struct shadow_structure shadow_structure_volume = {
 
 const struct shadow_method shadow_method_volume = {.id = SHADOWS_VOLUME,
                                                    .structure = &shadow_structure_volume,
-                                                   .wants = wants,
+                                                   .wants = shadow_wants_any,
                                                    .fits = fits,
                                                    .instead = &shadow_method_rays};

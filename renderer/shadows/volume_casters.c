@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "renderer/scene/polygon_clip.h"
-#include "renderer/shadows/area_casters.h"
+#include "renderer/shadows/caster_filter.h"
 
 struct content_key volume_casters_key(const struct scene_state *state, const char *scene_key)
 {
@@ -270,7 +270,7 @@ struct volume_weight volume_weight_of(const struct scene_state *state,
 {
     struct volume_weight weight = {.stops = 0};
     double filter[3];
-    area_casters_filter(state, item, blend, filter);
+    caster_filter_of(state, item, blend, filter);
     for (int k = 0; k < 3; k++) {
         if (filter[k] < LEAST)
             weight.stops |= 1u << k;

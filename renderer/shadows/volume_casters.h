@@ -32,7 +32,7 @@ enum { VOLUME_WEIGHT_BITS = 20 };
 struct volume_weight {
     uint32_t log2[3], stops;
 };
-/* item: of those that area_casters_is_even knows. */
+/* item: of those that caster_filter_is_even knows. */
 struct volume_weight volume_weight_of(const struct scene_state *state,
                                       const struct state_item *item, enum view_blend_filter blend);
 

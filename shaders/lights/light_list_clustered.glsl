@@ -29,10 +29,15 @@ float light_slice_border(uint k)
     return u_light_slice_map.z > 0.0 ? f : exp2(f);
 }
 
-light_cursor light_list_in(uvec2 pixel, uint slice)
+uint light_cluster(uvec2 pixel, uint slice)
 {
     uvec2 tile = pixel >> u_light_shift;
-    return light_list_at((tile.y * u_light_columns + tile.x) * u_light_slices + slice);
+    return (tile.y * u_light_columns + tile.x) * u_light_slices + slice;
+}
+
+light_cursor light_list_in(uvec2 pixel, uint slice)
+{
+    return light_list_at(light_cluster(pixel, slice));
 }
 
 light_cursor light_list_first(uvec2 pixel, float view_z)

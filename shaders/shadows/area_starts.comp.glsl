@@ -73,9 +73,8 @@ void main()
     starts[index].normal_z = normal.z;
     starts[index].skip = AREA_NOWHERE;
     uint pixel = p.pixel_roughness & ((1u << SHADOW_POINT_PIXEL_BITS) - 1u);
-    uvec2 tile = uvec2(pixel % u_width, pixel / u_width) >> u_light_shift;
-    uint cluster = (tile.y * u_light_columns + tile.x) * u_light_slices +
-                   light_slice(-p.position_offset.z);
+    uint cluster = light_cluster(uvec2(pixel % u_width, pixel / u_width),
+                                 light_slice(-p.position_offset.z));
     uint count = count_filters(cluster);
     uint first = count > 0u ? atomicAdd(statistics.filters, count) : 0u;
     table[index] = uvec2(first, cluster);

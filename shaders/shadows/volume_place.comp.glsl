@@ -17,9 +17,8 @@ void main()
         return;
     shadow_point p = points[i];
     uint pixel = p.pixel_roughness & ((1u << SHADOW_POINT_PIXEL_BITS) - 1u);
-    uvec2 tile = uvec2(pixel % u_width_px, pixel / u_width_px) >> u_light_shift;
-    table[i] = uvec2(i * u_stride, (tile.y * u_light_columns + tile.x) * u_light_slices +
-                                       light_slice(-p.position_offset.z));
+    table[i] = uvec2(i * u_stride, light_cluster(uvec2(pixel % u_width_px, pixel / u_width_px),
+                                                 light_slice(-p.position_offset.z)));
     for (uint k = 0u; k < u_stride; k++)
         filters[i * u_stride + k] = pack_filter(vec3(1.0));
 }
