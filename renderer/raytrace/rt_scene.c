@@ -35,19 +35,6 @@ static void find_normal_matrix(const double m[16], bool is_mirrored, double out[
     }
 }
 
-static uint32_t sampled_slots(const struct rt_scene *scene, const struct rt_mesh *mesh)
-{
-    const uint32_t uv = SCENE_PRIMITIVE_HAS_TEXCOORDS_0 | SCENE_PRIMITIVE_HAS_TEXCOORDS_1;
-    uint32_t slots = 0;
-    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
-        int32_t texture = mesh->material->textures[slot].texture;
-        if (texture >= 0 && scene->state->scene->textures[texture].image >= 0 &&
-            (mesh->primitive->flags & uv))
-            slots |= 1u << slot;
-    }
-    return slots;
-}
-
 static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
                       const struct state_item *item, const struct view_quality *quality)
 {
@@ -78,7 +65,7 @@ static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
     mesh->origin = scene->origin;
     mesh->fits = scene->shapes.of_item && rt_shape_fits(scene->state, item);
     find_normal_matrix(geometry.world, item->is_mirrored, mesh->normal_matrix);
-    mesh->slots = sampled_slots(scene, mesh);
+    mesh->slots = rt_surface_sampled_slots(scene->state->scene, m, mesh->primitive);
     mesh->is_filter_plain = rt_surface_plain_filter(mesh, quality->blend_filter, mesh->filter);
 }
 

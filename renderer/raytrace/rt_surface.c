@@ -373,6 +373,20 @@ void rt_surface_evaluate_filter(const struct rt_scene *scene, const struct rt_hi
     evaluate_filter(&place, surface);
 }
 
+uint32_t rt_surface_sampled_slots(const struct scene *scene, const struct scene_material *material,
+                                  const struct scene_primitive *primitive)
+{
+    uint32_t slots = 0;
+    if (!(primitive->flags & (SCENE_PRIMITIVE_HAS_TEXCOORDS_0 | SCENE_PRIMITIVE_HAS_TEXCOORDS_1)))
+        return 0;
+    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
+        int32_t texture = material->textures[slot].texture;
+        if (texture >= 0 && scene->textures[texture].image >= 0)
+            slots |= 1u << slot;
+    }
+    return slots;
+}
+
 bool rt_surface_plain_filter(const struct rt_mesh *mesh, enum view_blend_filter blend,
                              double filter[3])
 {

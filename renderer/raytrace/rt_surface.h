@@ -39,6 +39,11 @@ bool rt_surface_is_solid(const struct rt_scene *scene, const struct rt_hit *hit)
 void rt_surface_evaluate_filter(const struct rt_scene *scene, const struct rt_hit *hit,
                                 struct rt_surface *surface);
 
+/* One bit for each enum scene_texture_slot whose texture a mesh of this material and primitive
+ * reads: one with an image, of a primitive with texture coordinates. */
+uint32_t rt_surface_sampled_slots(const struct scene *scene, const struct scene_material *material,
+                                  const struct scene_primitive *primitive);
+
 /* Whether light loses the same at every place, from both sides and at any angle, to all crossings
  * of a mesh; then `filter` is rt_surface_light_filter's. mesh: bound to its material. */
 bool rt_surface_plain_filter(const struct rt_mesh *mesh, enum view_blend_filter blend,

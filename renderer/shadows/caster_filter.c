@@ -8,19 +8,16 @@
 /* What the ray tracer knows of the item, as far as its filter goes. */
 static struct rt_mesh mesh_of(const struct scene_state *state, const struct state_item *item)
 {
-    const uint32_t uv = SCENE_PRIMITIVE_HAS_TEXCOORDS_0 | SCENE_PRIMITIVE_HAS_TEXCOORDS_1;
-    struct rt_mesh mesh = {.item = item,
-                           .class_ = item->class_,
-                           .is_medium = item->is_medium,
-                           .material = &state->materials[item->material].base,
-                           .primitive = state_geometry_of(state, item).primitive};
-    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
-        int32_t texture = mesh.material->textures[slot].texture;
-        if (texture >= 0 && state->scene->textures[texture].image >= 0 &&
-            (mesh.primitive->flags & uv))
-            mesh.slots |= 1u << slot;
-    }
-    return mesh;
+    const struct scene_material *material = &state->materials[item->material].base;
+    const struct scene_primitive *primitive = state_geometry_of(state, item).primitive;
+    return (struct rt_mesh){
+        .item = item,
+        .class_ = item->class_,
+        .is_medium = item->is_medium,
+        .material = material,
+        .primitive = primitive,
+        .slots = rt_surface_sampled_slots(state->scene, material, primitive),
+    };
 }
 
 bool caster_filter_is_even(const struct scene_state *state, const struct state_item *item,

@@ -75,7 +75,8 @@ static const struct key keys[] = {
     {"decode-memory-bytes", KEY_BYTES, AT(decode_memory_bytes), 64 << 20, INT64_MAX,
      "address space of one decoder beyond the upload itself"},
     {"device", KEY_DEVICE, AT(device), 0, 0,
-     "0 chooses; else the N-th EGL device, a render node, a PCI address or software, or a list"},
+     "0 chooses; all: every render node; the N-th EGL device, a node, a PCI address, software; a "
+     "list"},
     {"workers", KEY_INT, AT(workers), 1, CONFIG_WORKERS_MAX,
      "processes that render; by default one for each device listed"},
     {"auto", KEY_AUTO, AT(automatic), 0, 0,
@@ -254,6 +255,17 @@ int config_threads(const struct config *config)
     return processors_share(config->workers);
 }
 
+static bool set_devices(char *devices, size_t bytes, const char *value, struct error *err)
+{
+    const struct device_list_limits limits = {CONFIG_WORKERS_MAX, bytes};
+    if (strcmp(value, "all") == 0)
+        return device_list_of_nodes("/dev/dri", &limits, devices, err);
+    if (!device_list_check(value, &limits, err))
+        return false;
+    snprintf(devices, bytes, "%s", *value ? value : "0");
+    return true;
+}
+
 static bool config_set(struct config *config, const struct key *key, const char *value,
                        const char *origin, struct error *err)
 {
@@ -262,10 +274,8 @@ static bool config_set(struct config *config, const struct key *key, const char 
     int64_t number = 0;
     switch (key->kind) {
     case KEY_DEVICE:
-        if (!device_list_check(
-                value, &(struct device_list_limits){CONFIG_WORKERS_MAX, capacity_of(key)}, err))
+        if (!set_devices(field, capacity_of(key), value, err))
             return error_wrap(err, "%s (%s)", key->name, origin);
-        snprintf(field, capacity_of(key), "%s", *value ? value : "0");
         break;
     case KEY_TEXT:
     case KEY_PATH:

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* Entries between commas. */
+/* Entries between commas; names of render nodes are read from their folder. */
 #include "server/base/device_list.h"
 
+#include <dirent.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "renderer/base/device_choice.h"
@@ -39,4 +41,32 @@ bool device_list_check(const char *list, const struct device_list_limits *limits
             return count > 1 ? error_wrap(err, "device %d of '%.100s'", i + 1, list) : false;
     }
     return true;
+}
+
+static int is_node(const struct dirent *entry)
+{
+    const char *name = entry->d_name;
+    return strncmp(name, "renderD", 7) == 0 && name[7] &&
+           name[7 + strspn(name + 7, "0123456789")] == '\0';
+}
+
+bool device_list_of_nodes(const char *folder, const struct device_list_limits *limits, char *list,
+                          struct error *err)
+{
+    struct dirent **nodes = NULL;
+    int count = scandir(folder, &nodes, is_node, versionsort);
+    size_t length = 0;
+    bool fits = count <= limits->most;
+    for (int i = 0; i < count; i++) {
+        if (fits && length < limits->bytes)
+            length += (size_t)snprintf(list + length, limits->bytes - length, "%s%s/%s",
+                                       i > 0 ? "," : "", folder, nodes[i]->d_name);
+        free(nodes[i]);
+    }
+    free(nodes);
+    if (count <= 0)
+        return error_set(err, ERROR_INVALID_REQUEST, "no render node in %s", folder);
+    return (fits && length < limits->bytes) ||
+           error_set(err, ERROR_INVALID_REQUEST, "more than %d render nodes or %zu bytes in %s",
+                     limits->most, limits->bytes - 1, folder);
 }

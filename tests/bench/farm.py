@@ -12,9 +12,11 @@ and the compiled programs. All are stated per frame, in wall and processor time,
 `beside` is what a frame of the job takes beyond its render: the wall time of the job without the
 renders' own, encoding included, and in brackets the same of one-shot renders by a client that
 stays. `machinery` is the processor time of the server's own process, which keeps jobs, hashes and
-writes files, and commits. `workers` is the
-job on servers with one and with two workers in turn, warm, the least wall time of each: how many
-times faster two are, beside the processors and the load before.
+writes files, and commits. `loading` is the time of the scene's upload, decoded, with what the first
+frame takes beyond the median (it compiles programs and brings the scene to the device), and the
+share of both in upload and job. `workers` is the job on servers with one and with two workers in
+turn, warm, the least wall time of each: how many times faster two are, beside the processors and
+the load before.
 
 `latency` is what a client waits for one render, from its request to its last byte, while the server
 has nothing else to do and beside a job that never ends; the two take turns, a few renders each.
@@ -104,7 +106,10 @@ def as_job(options, scene, folder):
 
 def run_job(options, scene, daemon):
     with open(scene, "rb") as file:
-        summary = json.loads(daemon.ask("/v1/scenes", file.read(), "model/gltf-binary")[1])
+        glb = file.read()
+    began = time.monotonic()
+    summary = json.loads(daemon.ask("/v1/scenes", glb, "model/gltf-binary")[1])
+    upload = time.monotonic() - began
     width, height = map(int, options.size.split("x"))
     view = {"width": width, "height": height, "exposure_ev": "auto",
             "camera": {"fit": "three-quarter"}}
@@ -128,11 +133,13 @@ def run_job(options, scene, daemon):
         total = next(float(part.split("dur=")[1]) for part in headers["Server-Timing"].split(",")
                      if part.strip().startswith("total"))
         stayed.append(wall - total)
+    loading = upload + max(0, times[0] - statistics.median(times)) / 1e3
     return {"frame_ms": statistics.median(times),
             "beside_ms": 1e3 * took / options.frames - statistics.mean(times),
             "machinery_cpu_ms": used / options.frames,
             "client_ms": statistics.median(stayed),
-            "first_frame_ms": times[0]}
+            "first_frame_ms": times[0],
+            "loading_s": loading, "loading_share": loading / (upload + took)}
 
 
 def timed_job(options, daemon, scene, frames):
@@ -265,6 +272,8 @@ def main():
           f"render {job['frame_ms']:.1f} ms, beside it {job['beside_ms']:.2f} ms "
           f"(a client that stays: {job['client_ms']:.2f} ms), machinery "
           f"{job['machinery_cpu_ms']:.2f} ms of a processor")
+    print(f"           loading the scene {job['loading_s']:.3f} s, "
+          f"{100 * job['loading_share']:.2f} % of the job")
     print(f"  workers  {workers['one_s']:8.3f} s wall by one, {workers['two_s']:.3f} s by two: "
           f"{workers['ratio']:.2f} times as fast on {workers['processors']} processors, load "
           f"{workers['load_before']:.1f} before")

@@ -42,6 +42,8 @@ class Farm(unittest.TestCase):
             self.assertGreater(document[how]["cpu_s"], 0)
         self.assertGreater(document["job"]["frame_ms"], 0)
         self.assertGreater(document["job"]["machinery_cpu_ms"], 0)
+        self.assertGreater(document["job"]["loading_s"], 0)
+        self.assertTrue(0 < document["job"]["loading_share"] < 1)
         for beside in ("alone", "beside_a_job"):
             for kind in ("urgent", "default"):
                 found = document["latency"][beside][kind]

@@ -1,8 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""The Grafana dashboard asks for metrics, and labels of them, that the daemon has."""
+"""The Grafana dashboard asks for metrics and labels that the daemon has; Prometheus answers."""
 import json
 import os
 import re
+import shutil
+import socket
+import subprocess
+import tempfile
+import unittest
+import urllib.parse
 
 import support
 from support import triangle
@@ -13,6 +19,13 @@ DASHBOARD = os.path.join(os.path.dirname(os.path.abspath(__file__)),
 NAME = re.compile(r"\b(?:vitrail|process)_[a-z_]+")
 GROUPED = re.compile(r"by \(([a-z, ]+)\)")
 LEGEND = re.compile(r"{{(\w+)}}")
+PROMETHEUS = shutil.which("prometheus")
+
+
+def free_port():
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return found.getsockname()[1]
 
 
 class Dashboard(support.ServiceTest):
@@ -62,6 +75,58 @@ class Dashboard(support.ServiceTest):
                 for y in range(place["y"], place["y"] + place["h"]):
                     self.assertNotIn((x, y), cells, panel["title"])
                     cells.add((x, y))
+
+    def start_prometheus(self):
+        """A Prometheus that asks the daemon every second; its port."""
+        folder = tempfile.TemporaryDirectory(prefix="vitrail-prometheus-")
+        self.addCleanup(folder.cleanup)
+        configuration = os.path.join(folder.name, "prometheus.json")  # JSON is YAML
+        with open(configuration, "w", encoding="utf-8") as file:
+            json.dump({"global": {"scrape_interval": "1s"},
+                       "scrape_configs": [{"job_name": "vitrail", "static_configs": [
+                           {"targets": [f"127.0.0.1:{self.daemon.port}"]}]}]}, file)
+        port = free_port()
+        with open(os.path.join(folder.name, "log"), "wb") as log:
+            prometheus = subprocess.Popen(
+                [PROMETHEUS, f"--config.file={configuration}",
+                 f"--storage.tsdb.path={folder.name}/data",
+                 f"--web.listen-address=127.0.0.1:{port}"], stdout=log, stderr=log)
+        self.addCleanup(prometheus.wait)
+        self.addCleanup(prometheus.kill)
+        return port
+
+    @staticmethod
+    def query(port, expression):
+        """The samples that Prometheus answers, or None while it does not serve."""
+        connection = support.http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+        try:
+            connection.request("GET", "/api/v1/query?" +
+                               urllib.parse.urlencode({"query": expression}))
+            reply = json.loads(connection.getresponse().read())
+        except (OSError, ValueError):
+            return None
+        finally:
+            connection.close()
+        if reply["status"] != "success":
+            raise AssertionError((expression, reply))
+        return reply["data"]["result"]
+
+    @unittest.skipUnless(PROMETHEUS, "prometheus is not installed")
+    def test_prometheus_answers_every_query(self):
+        self.metrics()  # some of everything, before the first samples and between them
+        port = self.start_prometheus()
+        support.wait_until(lambda: self.query(port, "count_over_time(vitrail_build_info[1m]) > 3"),
+                           "Prometheus has asked for the metrics more than three times")
+        self.metrics()
+        with open(DASHBOARD, encoding="utf-8") as file:
+            panels = json.load(file)["panels"]
+        for panel in panels:
+            for target in panel["targets"]:
+                expression = target["expr"].replace("$instance", ".*").replace(
+                    "$__rate_interval", "1m")
+                self.assertNotIn("$", expression)
+                with self.subTest(panel=panel["title"], query=expression):
+                    self.assertTrue(self.query(port, expression), "no sample")
 
 
 if __name__ == "__main__":

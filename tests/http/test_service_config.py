@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Configuration: flags over environment over file over defaults; what is wrong is named."""
 import os
+import pathlib
 import subprocess
 import tempfile
 import unittest
@@ -58,6 +59,17 @@ class Config(unittest.TestCase):
             environment = {"VITRAIL_DEVICE": device}
             self.assertEqual((device, "environment"), printed(environment=environment)["device"])
         self.assertEqual(("0", "default"), printed()["device"])
+
+    def test_all_devices_are_the_render_nodes_of_the_machine(self):
+        folder = pathlib.Path("/dev/dri")
+        nodes = sorted(folder.glob("renderD*"), key=lambda node: int(node.name[7:]))
+        if nodes:
+            listed = ",".join(map(str, nodes))
+            self.assertEqual((listed, "flag"), printed("--device", "all")["device"])
+        else:
+            done = run("--device", "all", "--check-config")
+            self.assertEqual(2, done.returncode)
+            self.assertIn("device (flag): no render node in /dev/dri", done.stderr)
 
     def test_what_is_printed_can_be_read_back(self):
         text = run("--cache-bytes", "3G", "--print-config").stdout
