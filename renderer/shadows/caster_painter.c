@@ -177,6 +177,8 @@ static void fill_face(const struct paint_job *job, const struct shadow_build *bu
         .blend_filter = job->desc->scene->blend_filter,
         .lock_tries = build->lock_tries,
         .seed = seed_of(&map->frame, map->window.row_count ? map->window.face : face),
+        .part = job->desc->part,
+        .depths = {{(float)map->nearest_m, (float)map->depths_per_m}},
     };
     fill_axes(&map->frame, map->window.row_count ? map->window.face : face, r);
     fill_planes(map, r);
@@ -395,12 +397,17 @@ static bool keeps_products(enum caster_pass pass)
 }
 
 /* Filters multiply, and the nearest depth stays: both in any order of the casters. As published, in
- * their order, each adds its colour to what it lets through. */
-static void blend_texels(enum caster_pass pass)
+ * their order, each adds its colour to what it lets through. Moments are sums; of the last part
+ * alpha is the farthest depth. */
+static void blend_texels(enum caster_pass pass, uint32_t part)
 {
+    bool is_sum = pass == CASTER_MOMENTS;
+    GLenum alpha = !is_sum ? GL_MIN : part == SHADOW_PART_TOTAL ? GL_MAX : GL_FUNC_ADD;
     glEnable(GL_BLEND);
-    glBlendEquationSeparate(keeps_products(pass) ? GL_FUNC_ADD : GL_MIN, GL_MIN);
-    if (pass == CASTER_BLEND)
+    glBlendEquationSeparate(is_sum || keeps_products(pass) ? GL_FUNC_ADD : GL_MIN, alpha);
+    if (is_sum)
+        glBlendFunc(GL_ONE, GL_ONE);
+    else if (pass == CASTER_BLEND)
         glBlendFuncSeparate(GL_ONE, GL_SRC1_COLOR, GL_ONE, GL_ONE);
     else
         glBlendFuncSeparate(GL_ZERO, GL_SRC_COLOR, GL_ONE, GL_ONE);
@@ -432,7 +439,7 @@ static void set_state(const struct paint_job *job)
         glScissor(0, map->window.first_row, map->resolution, map->window.row_count);
     }
     if (caster_pass_has_colors(pass))
-        blend_texels(pass);
+        blend_texels(pass, job->desc->part);
 }
 
 static void unset_state(void)
@@ -502,10 +509,10 @@ static bool paint_around(const struct paint_job *job, uint32_t build, uint32_t f
 /* Of texels that no transparent caster covers. */
 static const GLfloat *clear_texel(enum caster_pass pass)
 {
-    static const GLfloat products[4] = {1, 1, 1, (GLfloat)SHADOW_TEXEL_FAR},
+    static const GLfloat sums[4] = {0}, products[4] = {1, 1, 1, (GLfloat)SHADOW_TEXEL_FAR},
                          depths[4] = {(GLfloat)SHADOW_TEXEL_FAR, (GLfloat)SHADOW_TEXEL_FAR,
                                       (GLfloat)SHADOW_TEXEL_FAR, (GLfloat)SHADOW_TEXEL_FAR};
-    return keeps_products(pass) ? products : depths;
+    return pass == CASTER_MOMENTS ? sums : keeps_products(pass) ? products : depths;
 }
 
 static void clear_face(const struct gl_framebuffer *framebuffer, enum caster_pass pass)

@@ -43,6 +43,7 @@ struct caster_paint_desc { /* all required */
     enum caster_pass pass;
     bool is_unlocked;                   /* CASTER_LINK_FAITHFUL: without the locks of lists */
     bool keeps_texels;                  /* passes into texels add to what stands there */
+    uint32_t part;                      /* of what the pass draws part by part */
     struct shadow_build *const *builds; /* of one resolution; their placements are kept up */
     size_t build_count;
     const struct shadow_scene *scene;

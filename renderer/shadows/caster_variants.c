@@ -37,12 +37,17 @@ static uint32_t variant_pass(uint32_t key)
 
 bool caster_pass_has_colors(enum caster_pass pass)
 {
-    return pass >= CASTER_PRODUCT && pass <= CASTER_ONE_CHANCE;
+    return pass >= CASTER_PRODUCT && pass <= CASTER_MOMENTS;
 }
 
 bool caster_pass_is_ordered(enum caster_pass pass)
 {
     return pass == CASTER_BLEND;
+}
+
+uint32_t caster_pass_rounds(enum caster_pass pass)
+{
+    return pass == CASTER_WAVELENGTH ? 3 : 1;
 }
 
 /* Deep lists alone have media, objects and samples within a texel. */
@@ -144,7 +149,9 @@ static const char *write_pass(enum caster_pass pass)
     return pass == CASTER_CHANCE         ? " CHANCE"
            : pass == CASTER_COLOR_CHANCE ? " CHANCE COLOR_CHANCE"
            : pass == CASTER_ONE_CHANCE   ? " CHANCE ONE_CHANCE"
+           : pass == CASTER_WAVELENGTH   ? " CHANCE WAVELENGTH"
            : pass == CASTER_BLEND        ? " BLENDED"
+           : pass == CASTER_MOMENTS      ? " MOMENTS"
                                          : "";
 }
 

@@ -17,6 +17,8 @@ enum caster_pass {
     CASTER_COLOR_CHANCE,  /* ... or of that in each colour; */
     CASTER_BLEND,         /* blended over each other from the light on, as published */
     CASTER_ONE_CHANCE,    /* as CASTER_CHANCE, with one depth, as published */
+    CASTER_WAVELENGTH,    /* as CASTER_COLOR_CHANCE, one colour after the other, as published; */
+    CASTER_MOMENTS,       /* sums of absorbance times powers of depths, part by part */
 };
 
 struct caster_view { /* a light's map as a pass draws into it; all required */
@@ -31,6 +33,8 @@ struct caster_view { /* a light's map as a pass draws into it; all required */
 bool caster_pass_has_colors(enum caster_pass pass);
 /* Whether it draws casters in the order in which the build has them, one face after the other. */
 bool caster_pass_is_ordered(enum caster_pass pass);
+/* How many times it draws all casters into the same texels, each time a part of them. */
+uint32_t caster_pass_rounds(enum caster_pass pass);
 
 /* Whether the pass draws this item of the state. */
 bool caster_is_drawn(const struct caster_view *view, uint32_t item);

@@ -51,7 +51,9 @@ struct shadow_map {
     double sigma[3]; /* SHADOW_FLAG_MEDIA: extinction where the light stands [1/m] */
     struct shadow_around around[SHADOW_AROUND_MAX]; /* until it is built */
     uint32_t around_count;
-    float keys_per_m;        /* of deep lists: shadow_key.glsl */
+    float keys_per_m;               /* of deep lists: shadow_key.glsl */
+    double nearest_m, depths_per_m; /* of moments: technique_moments.c */
+    bool has_layers;         /* likewise: a ray may cross more than one transparent surface */
     uint32_t light;          /* of the state that it was first made for */
     uint64_t expected_nodes; /* of linked lists: those that a map of the same light had; 0: none */
     uint32_t lock_failures;  /* is_faithful: elements that found no lock; if any, the lists were

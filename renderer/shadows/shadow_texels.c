@@ -132,6 +132,22 @@ static bool add_part(struct layer_work *work, const struct shadow_build *build, 
     return true;
 }
 
+/* The layer's part of the moments of all casters. */
+static bool add_moments(struct layer_work *work, const struct shadow_build *build, uint32_t layer,
+                        struct error *err)
+{
+    struct shadow_map *map = &work->maps[work->count];
+    struct shadow_build *part = &work->parts[work->count];
+    *map = *build->map;
+    map->texels.first += (layer - 1) * shadow_map_texels(map);
+    *part = *build;
+    part->map = map;
+    part->placement = (struct draw_placement){0};
+    part->casters = (struct shadow_casters){0};
+    work->builds[work->count++] = part;
+    return shadow_casters_copy(&build->casters, &part->casters, err);
+}
+
 struct ordered_caster {
     double depth; /* of its middle */
     uint32_t item;
@@ -146,10 +162,10 @@ static int compare_depths(const void *a, const void *b)
     return x->item < y->item ? -1 : x->item > y->item;
 }
 
-static double middle_depth(const struct shadow_frame *frame, const struct state_item *item)
+double shadow_texels_depth(const struct shadow_frame *frame, const double point[3])
 {
     double offset[3];
-    vec3_sub(item->center, frame->origin, offset);
+    vec3_sub(point, frame->origin, offset);
     return frame->shape == SHADOW_ORTHOGRAPHIC ? vec3_dot(frame->axis[2], offset)
                                                : vec3_length(offset);
 }
@@ -162,8 +178,9 @@ static bool sort_casters(struct shadow_casters *casters, const struct shadow_fra
     if (!ordered)
         return error_set(err, ERROR_NO_MEMORY, "%zu shadow casters", casters->count);
     for (size_t i = 0; i < casters->count; i++)
-        ordered[i] = (struct ordered_caster){middle_depth(frame, &state->items[casters->items[i]]),
-                                             casters->items[i], casters->faces[i]};
+        ordered[i] = (struct ordered_caster){
+            shadow_texels_depth(frame, state->items[casters->items[i]].center), casters->items[i],
+            casters->faces[i]};
     qsort(ordered, casters->count, sizeof *ordered, compare_depths);
     for (size_t i = 0; i < casters->count; i++) {
         casters->items[i] = ordered[i].item;
@@ -207,25 +224,36 @@ static bool gather_layer(struct layer_work *work, struct shadow_build *const *bu
 {
     finish_parts(work);
     for (size_t i = 0; i < count; i++) {
-        if (!builds[i]->partitions && layer == 1 && !add_whole(work, builds[i], building, err))
-            return false;
-        if (builds[i]->partitions && layer <= builds[i]->map->layers &&
-            !add_part(work, builds[i], layer, err))
+        struct shadow_build *build = builds[i];
+        uint32_t layers = build->map->layers ? build->map->layers : 1;
+        if (layer > layers)
+            continue;
+        if (!(build->partitions ? add_part(work, build, layer, err)
+              : layers > 1      ? add_moments(work, build, layer, err)
+                                : add_whole(work, build, building, err)))
             return false;
     }
     return true;
 }
 
+/* A layer in all rounds of its pass. Those of partitions add to the one before. */
 static bool paint(struct shadow_builder *builder, const struct shadow_building *building,
-                  const struct layer_work *work, bool keeps_texels, struct error *err)
+                  const struct layer_work *work, uint32_t layer, struct error *err)
 {
     struct shadow_store *store = builder->store;
-    const struct caster_paint_desc painting = {.pass = pass_of(building, work->builds[0]),
-                                               .keeps_texels = keeps_texels,
-                                               .builds = work->builds,
-                                               .build_count = work->count,
-                                               .scene = building->scene,
-                                               .store = store};
+    const struct shadow_build *first = work->builds[0];
+    enum caster_pass pass = pass_of(building, first);
+    bool ok = true, adds = layer > 1 && first->partitions && !first->map->is_faithful;
+    for (uint32_t round = 0; ok && round < caster_pass_rounds(pass); round++) {
+        const struct caster_paint_desc painting = {.pass = pass,
+                                                   .keeps_texels = adds || round > 0,
+                                                   .part = layer - 1 + round,
+                                                   .builds = work->builds,
+                                                   .build_count = work->count,
+                                                   .scene = building->scene,
+                                                   .store = store};
+        ok = caster_painter_paint(builder->painter, &painting, err);
+    }
     const struct shadow_pack_desc packing = {.from = &store->colors,
                                              .format = GL_RGBA,
                                              .texel_bytes = 16,
@@ -233,8 +261,7 @@ static bool paint(struct shadow_builder *builder, const struct shadow_building *
                                              .range = texels_of,
                                              .builds = work->builds,
                                              .build_count = work->count};
-    return caster_painter_paint(builder->painter, &painting, err) &&
-           shadow_pack(store, &packing, err);
+    return ok && shadow_pack(store, &packing, err);
 }
 
 static bool paint_layers(struct shadow_builder *builder, const struct shadow_building *building,
@@ -252,7 +279,7 @@ static bool paint_layers(struct shadow_builder *builder, const struct shadow_bui
         ok = gather_layer(&work, builds, count, layer, building, err);
         if (ok && !work.count)
             break;
-        ok = ok && paint(builder, building, &work, layer > 1 && !map->is_faithful, err);
+        ok = ok && paint(builder, building, &work, layer, err);
     }
     gpu_scope_end(builder->timeline);
     finish_work(&work);
@@ -285,4 +312,37 @@ void shadow_texels_bind(const struct shadow_store *store)
 bool shadow_texels_drop(struct shadow_store *store, struct shadow_map *map, struct error *err)
 {
     return shadow_store_free(store, SHADOW_POOL_TEXELS, &map->texels, err);
+}
+
+bool shadow_texels_write_table(struct shadow_store *store, struct shadow_map *map,
+                               const uint32_t *table, uint64_t words, struct error *err)
+{
+    const struct gl_buffer_desc desc = {
+        .label = "shadow.texels.table", .size_bytes = 4 * words, .data = table};
+    struct gl_buffer aside = {0};
+    if (!shadow_store_take(store, SHADOW_POOL_HEADS, words, &map->heads, err) ||
+        !gl_buffer_init(&aside, &desc, err))
+        return false;
+    gl_buffer_copy(&aside, 0, &store->pools[SHADOW_POOL_HEADS].streams[0], 4 * map->heads.first,
+                   4 * words);
+    gl_buffer_finish(&aside);
+    return true;
+}
+
+void shadow_texels_record_table(const struct shadow_map *map, struct shadow_record *record)
+{
+    shadow_texels_record(map, record);
+    record->event_base = (uint32_t)map->heads.first;
+}
+
+void shadow_texels_bind_table(const struct shadow_store *store)
+{
+    shadow_texels_bind(store);
+    gl_texture_bind(shadow_store_view(store, SHADOW_POOL_HEADS, 0), UNIT_SHADOW_HEADS);
+}
+
+bool shadow_texels_drop_table(struct shadow_store *store, struct shadow_map *map, struct error *err)
+{
+    return shadow_store_free(store, SHADOW_POOL_HEADS, &map->heads, err) &&
+           shadow_texels_drop(store, map, err);
 }

@@ -11,6 +11,8 @@
 /* Of struct shadow_pass. Thread: any. */
 void shadow_texels_list_programs(const struct shadow_pass *pass,
                                  const struct shadow_listing *listing, struct program_list *list);
+/* Of a point in the world, as lists have it [m]. Thread: any. */
+double shadow_texels_depth(const struct shadow_frame *frame, const double point[3]);
 /* Of struct shadow_structure. Thread: GL; of the first two, any. */
 /* Of those that have a form as published. */
 void shadow_texels_describe(struct shadow_map *map, const struct shadow_casters *casters,
@@ -22,6 +24,15 @@ void shadow_texels_record(const struct shadow_map *map, struct shadow_record *re
 void shadow_texels_bind(const struct shadow_store *store);
 MUST_CHECK bool shadow_texels_drop(struct shadow_store *store, struct shadow_map *map,
                                    struct error *err);
+
+/* The same of those that have a table, too: words in the pool of heads, from event_base of the
+ * record on, which are written before the texels are built. */
+MUST_CHECK bool shadow_texels_write_table(struct shadow_store *store, struct shadow_map *map,
+                                          const uint32_t *table, uint64_t words, struct error *err);
+void shadow_texels_record_table(const struct shadow_map *map, struct shadow_record *record);
+void shadow_texels_bind_table(const struct shadow_store *store);
+MUST_CHECK bool shadow_texels_drop_table(struct shadow_store *store, struct shadow_map *map,
+                                         struct error *err);
 
 /* The members that these structures have in common: a depth and a texel take 20 bytes. */
 #define SHADOW_TEXELS_STRUCTURE                                                                    \

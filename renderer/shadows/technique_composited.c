@@ -65,21 +65,6 @@ static uint32_t *make_table(const struct shadow_build *build, const struct scene
     return table;
 }
 
-static bool write_table(struct shadow_store *store, struct shadow_map *map, const uint32_t *table,
-                        uint64_t words, struct error *err)
-{
-    const struct gl_buffer_desc desc = {
-        .label = "shadow.partitions", .size_bytes = 4 * words, .data = table};
-    struct gl_buffer aside = {0};
-    if (!shadow_store_take(store, SHADOW_POOL_HEADS, words, &map->heads, err) ||
-        !gl_buffer_init(&aside, &desc, err))
-        return false;
-    gl_buffer_copy(&aside, 0, &store->pools[SHADOW_POOL_HEADS].streams[0], 4 * map->heads.first,
-                   4 * words);
-    gl_buffer_finish(&aside);
-    return true;
-}
-
 static bool build(struct shadow_builder *builder, const struct shadow_building *building,
                   struct error *err)
 {
@@ -90,22 +75,10 @@ static bool build(struct shadow_builder *builder, const struct shadow_building *
         if (one->map->method->structure != building->structure)
             continue;
         uint32_t *table = make_table(one, building->scene->state, &words, err);
-        ok = table && write_table(builder->store, one->map, table, words, err);
+        ok = table && shadow_texels_write_table(builder->store, one->map, table, words, err);
         free(table);
     }
     return ok && shadow_texels_build(builder, building, err);
-}
-
-static void fill_record(const struct shadow_map *map, struct shadow_record *record)
-{
-    shadow_texels_record(map, record);
-    record->event_base = (uint32_t)map->heads.first;
-}
-
-static void bind(const struct shadow_store *store)
-{
-    shadow_texels_bind(store);
-    gl_texture_bind(shadow_store_view(store, SHADOW_POOL_HEADS, 0), UNIT_SHADOW_HEADS);
 }
 
 static void report(const struct shadow_map *const *maps, size_t count, struct frame_report *report)
@@ -134,12 +107,6 @@ static void report(const struct shadow_map *const *maps, size_t count, struct fr
                     crossed, lights, meshes);
 }
 
-static bool drop(struct shadow_store *store, struct shadow_map *map, struct error *err)
-{
-    return shadow_store_free(store, SHADOW_POOL_HEADS, &map->heads, err) &&
-           shadow_texels_drop(store, map, err);
-}
-
 static const struct shadow_pass passes[] = {
     {.name = "shadow.composited",
      .casters = {CASTER_PRODUCT, CASTER_PRODUCT},
@@ -166,10 +133,10 @@ const struct shadow_structure shadow_structure_composited = {.scope = SHADOW_PER
                                                              .add_features = add_features,
                                                              .divide = divide,
                                                              .build = build,
-                                                             .record = fill_record,
-                                                             .bind = bind,
+                                                             .record = shadow_texels_record_table,
+                                                             .bind = shadow_texels_bind_table,
                                                              .report = report,
-                                                             .drop = drop};
+                                                             .drop = shadow_texels_drop_table};
 
 const struct shadow_method shadow_method_composited = {.id = SHADOWS_COMPOSITED,
                                                        .structure = &shadow_structure_composited,

@@ -3,8 +3,8 @@
 // same ones, so that noise stands still from frame to frame and has the same bits everywhere. The
 // triangles of a ray are independent of each other, also where their coordinates are equal; the
 // numbers of one triangle are stratified over tiles of 4 x 4 texels.
-// Provides: vec4 shadow_noise(uvec2 at, uint samples); float shadow_noise_alone(uvec2 at), one
-// number, not stratified. Needs FACE, v_draw, v_primitive.
+// Provides: vec4 shadow_noise(uvec2 at, uint samples); float shadow_noise_alone(uvec2 at, uint
+// channel), one number, not stratified. Needs FACE, v_draw, v_primitive.
 
 #include "base/hash_words.glsl"
 
@@ -22,9 +22,9 @@ uvec4 shadow_noise_strata(uvec4 index, uvec4 word, uint count)
     return (order & mask) ^ (word >> 16u & mask);
 }
 
-float shadow_noise_alone(uvec2 at)
+float shadow_noise_alone(uvec2 at, uint channel)
 {
-    return float(shadow_noise_words(at.x | at.y << 15u).x >> 8u) / 16777216.0;
+    return float(shadow_noise_words(at.x | at.y << 15u)[channel] >> 8u) / 16777216.0;
 }
 
 // samples 1: the channels are numbers of their own; 4: four samples of one.

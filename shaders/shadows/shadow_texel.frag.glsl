@@ -8,6 +8,10 @@
 //                 one opacity, that of the filter's luminance
 //   ONE_CHANCE    (CHANCE, too) all four are one
 //   COLOR_CHANCE  (CHANCE, too) of each colour one; alpha is the nearest of the three
+//   WAVELENGTH    (CHANCE, too) likewise, but of the colour FACE.part alone
+//   MOMENTS       blending adds up the absorbance a times powers of the depth z, from -1 to 1: of
+//                 colour FACE.part a (z, z^2, z^3, z^4); of the part SHADOW_PART_TOTAL a of all
+//                 colours, and in alpha it leaves 2 + z of the farthest caster
 // Casters behind the nearest opaque one fail the depth test.
 #include "shadows/shadow_caster.glsl"
 
@@ -18,11 +22,14 @@ layout(location = 0, index = 1) out vec4 o_share;
 layout(location = 0) out vec4 o_texel;
 #endif
 
+#ifdef MOMENTS
+#include "base/moments.glsl"
+#endif
 #ifdef CHANCE
 flat in uint v_primitive;
 #include "shadows/shadow_noise.glsl"
 #ifdef ONE_CHANCE
-#define GRAY_NOISE(at) vec4(shadow_noise_alone(at))
+#define GRAY_NOISE(at) vec4(shadow_noise_alone(at, 0u))
 #else
 #define GRAY_NOISE(at) shadow_noise(at, 4u)
 #endif
@@ -36,6 +43,10 @@ bvec4 caster_stops(vec3 t)
 #ifdef COLOR_CHANCE
     bvec3 stops = lessThan(shadow_noise(at, 1u).rgb, 1.0 - t);
     return bvec4(stops, any(stops));
+#elif defined WAVELENGTH
+    uint part = FACE.part;
+    bool is_stopped = shadow_noise_alone(at, part) < 1.0 - t[part];
+    return bvec4(uvec4(equal(uvec4(0u, 1u, 2u, part), uvec4(part))) * uint(is_stopped));
 #else
     return lessThan(GRAY_NOISE(at), vec4(1.0 - dot(t, LUMINANCE)));
 #endif
@@ -56,6 +67,13 @@ void main()
     float share = min(t.r, min(t.g, t.b));
     o_texel = vec4(t - share, caster_depth());
     o_share = vec4(share);
+#elif defined MOMENTS
+    float z = (caster_depth() - FACE.depths.x) * FACE.depths.y - 1.0;
+    vec3 a = absorbance_of_filter(t);
+    if (FACE.part == SHADOW_PART_TOTAL)
+        o_texel = vec4(a, 2.0 + z);
+    else
+        o_texel = a[FACE.part] * vec4(z, z * z, z * z * z, z * z * z * z);
 #else
     o_texel = vec4(t, caster_depth());
 #endif

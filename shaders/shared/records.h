@@ -45,14 +45,16 @@ struct face_record { /* one face of a light, as its casters are drawn. Axes are 
     uint lock_tries; /* linked lists with locks: tries of an element */
     uint first_end;  /* deep lists: where the ends of its texels' lists start in the pool */
     uint seed;       /* of the face's noise: shadow_noise.glsl */
-    uint unused_1;
-    vec4 unused; /* records are parts of a uniform buffer: GL_BUFFER_ALIGNMENT */
+    uint part;       /* of what a pass draws part by part: shadow_texel.frag.glsl */
+    vec4 depths;     /* of moments; x: the nearest depth [m], y: depths per metre, [0, 2] to the
+                        farthest; the rest is unused: records are parts of a uniform buffer,
+                        GL_BUFFER_ALIGNMENT */
 };
 LAYOUT(face_record, clip, 48)
 LAYOUT(face_record, cut_planes, 64)
 LAYOUT(face_record, first_count, 192)
 LAYOUT(face_record, blend_filter, 220)
-LAYOUT(face_record, unused, 240)
+LAYOUT(face_record, depths, 240)
 LAYOUT_SIZE(face_record, 256)
 
 #define MATERIAL_UNLIT 1u
@@ -181,6 +183,8 @@ LAYOUT_SIZE(area_lobe_record, 32)
 #define SHADOW_FLAG_NODES 4u /* nodes of a compressed function instead of events */
 #define SHADOW_RECORD_TEXELS 6
 #define SHADOW_TEXEL_FAR 3e38 /* the depth of texels without a transparent caster */
+/* Moments have a part for each colour, this one, and no other. */
+#define SHADOW_PART_TOTAL 3u
 #define SHADOW_ALL_LIT                                                         \
     0xffffffffu /* no layer: nothing is nearer to the light than the partition \
                  */

@@ -18,11 +18,19 @@ static struct shadow_rig rig;
 static double points[POINTS][3];
 static float found[POINTS][4], again[POINTS][4];
 
+static void prepare_form(const struct pane_scene *panes, enum shadow_technique shadows, int taps,
+                         bool faithful)
+{
+    const struct view_quality quality = {.shadows = shadows,
+                                         .faithful = faithful,
+                                         .shadow_resolution = RESOLUTION,
+                                         .shadow_taps = taps};
+    shadow_rig_prepare_lamps(&rig, panes, &quality);
+}
+
 static void prepare(const struct pane_scene *panes, enum shadow_technique shadows, int taps)
 {
-    const struct view_quality quality = {
-        .shadows = shadows, .shadow_resolution = RESOLUTION, .shadow_taps = taps};
-    shadow_rig_prepare_lamps(&rig, panes, &quality);
+    prepare_form(panes, shadows, taps, false);
 }
 
 static void ask(uint32_t light, float (*out)[4])
@@ -154,6 +162,82 @@ static void the_published_form_has_the_noise_of_one_sample(void **state)
     pane_scene_finish(&panes);
 }
 
+/* Of a face of the point light the points see some 60 windows of 8 x 8 texels, so that the
+ * correlation of what is independent deviates by an eighth. */
+static double correlation(int a, int b, const double mean[3])
+{
+    double both = 0, of_a = 0, of_b = 0;
+    for (int i = 0; i < POINTS; i++) {
+        double off_a = (double)found[i][a] - mean[a], off_b = (double)found[i][b] - mean[b];
+        both += off_a * off_b;
+        of_a += off_a * off_a;
+        of_b += off_b * off_b;
+    }
+    return both / sqrt(of_a * of_b);
+}
+
+static void expect_one_sample(uint32_t light, const double t[3], bool faithful)
+{
+    for (int k = 0; k < 3; k++) {
+        double bound = sqrt(t[k] * (1 - t[k]) / 34);
+        struct spread s = measure(k, t[k]);
+        print_message("light %u, channel %d, %s: mean %.4f of %.4f, deviation %.4f of %.4f\n",
+                      light, k, faithful ? "CSSM1" : "CSSM2", s.mean, t[k], s.deviation, bound);
+        assert_true(fabs(s.mean - t[k]) <= 0.2 * bound);
+        assert_true(s.deviation < (faithful ? 1.1 : 0.8) * bound);
+        assert_true(!faithful || s.deviation > 0.8 * bound);
+    }
+}
+
+/* CSSM1: a map for each wavelength. One sample of each texel, not stratified, and what is left to
+ * chance in one wavelength tells nothing of the others: grey glass has coloured grain. */
+static void each_wavelength_has_a_noise_of_its_own(void **state)
+{
+    (void)state;
+    static const float grey[3] = {0.5f, 0.5f, 0.5f};
+    const double tests[2][3] = {{0.5, 0.25, 0.9f}, {0.5, 0.5, 0.5}};
+    for (int test = 0; test < 2; test++) {
+        struct pane_scene panes = {0};
+        pane_scene_add_sheet(&panes, 2, test ? grey : upper);
+        for (int faithful = 0; faithful < 2; faithful++) {
+            prepare_form(&panes, SHADOWS_COLORED_STOCHASTIC, 64, faithful);
+            for (uint32_t light = 0; light < SHADOW_RIG_LAMPS; light++) {
+                choose_points(0);
+                ask(light, found);
+                expect_one_sample(light, tests[test], faithful);
+                for (int k = 0; k < 3; k++)
+                    assert_true(fabs(correlation(k, (k + 1) % 3, tests[test])) < 0.4);
+                choose_points(2); /* on the pane */
+                ask(light, found);
+                for (int i = 0; i < POINTS; i++)
+                    assert_true(found[i][0] == 1 && found[i][1] == 1 && found[i][2] == 1);
+            }
+        }
+        pane_scene_finish(&panes);
+    }
+}
+
+static void wavelengths_are_right_behind_each_of_two_panes(void **state)
+{
+    (void)state;
+    struct pane_scene panes = {0};
+    pane_scene_add_sheet(&panes, 2, upper);
+    pane_scene_add_sheet(&panes, 1, lower);
+    prepare_form(&panes, SHADOWS_COLORED_STOCHASTIC, 64, true);
+    for (uint32_t light = 0; light < SHADOW_RIG_LAMPS; light++)
+        for (int y = 1; y >= 0; y--) {
+            choose_points(y);
+            ask(light, found);
+            for (int k = 0; k < 3; k++) {
+                double t = (double)upper[k] * (y ? 1 : (double)lower[k]);
+                double bound = sqrt(t * (1 - t) / 34);
+                struct spread s = measure(k, t);
+                assert_true(fabs(s.mean - t) <= 0.2 * bound && s.deviation <= 1.1 * bound);
+            }
+        }
+    pane_scene_finish(&panes);
+}
+
 /* In the code of the source equal coordinates share one random number, and n panes filter as one.
  */
 static void panes_in_one_place_are_independent(void **state)
@@ -239,6 +323,8 @@ int main(void)
         cmocka_unit_test(colored_layers_are_right_within_the_noise),
         cmocka_unit_test(gray_layers_are_right_within_the_noise),
         cmocka_unit_test(the_published_form_has_the_noise_of_one_sample),
+        cmocka_unit_test(each_wavelength_has_a_noise_of_its_own),
+        cmocka_unit_test(wavelengths_are_right_behind_each_of_two_panes),
         cmocka_unit_test(panes_in_one_place_are_independent),
         cmocka_unit_test(all_and_nothing_are_exact),
         cmocka_unit_test(noise_has_the_same_bits_every_time),
