@@ -4,6 +4,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -24,6 +25,7 @@ struct bare_tracer {
     RTCScene scene;
     struct paint *paints; /* by geometry */
     size_t count;
+    atomic_llong embree_bytes;
 };
 
 /* Eight rays on their way, side by side. */
@@ -99,12 +101,20 @@ static bool add_item(struct bare_tracer *tracer, const struct scene_state *state
     return true;
 }
 
+static bool count_memory(void *tracer, ssize_t bytes, bool is_after)
+{
+    (void)is_after;
+    atomic_fetch_add(&((struct bare_tracer *)tracer)->embree_bytes, bytes);
+    return true;
+}
+
 struct bare_tracer *bare_tracer_create(const struct scene_state *state, struct error *err)
 {
     struct bare_tracer *tracer = calloc(1, sizeof *tracer);
     bool ok = tracer && (tracer->paints = calloc(state->item_count + 1, sizeof *tracer->paints)) &&
               (tracer->device = rtcNewDevice("threads=1"));
     if (ok) {
+        rtcSetDeviceMemoryMonitorFunction(tracer->device, count_memory, tracer);
         tracer->scene = rtcNewScene(tracer->device);
         rtcSetSceneFlags(tracer->scene, RTC_SCENE_FLAG_ROBUST | EMBREE_SCENE_FILTERS);
         for (size_t i = 0; ok && i < state->item_count; i++)
@@ -129,6 +139,11 @@ void bare_tracer_destroy(struct bare_tracer *tracer)
         rtcReleaseDevice(tracer->device);
     free(tracer->paints);
     free(tracer);
+}
+
+uint64_t bare_tracer_size_bytes(const struct bare_tracer *tracer)
+{
+    return (uint64_t)atomic_load(&tracer->embree_bytes);
 }
 
 /* Of eight points, the light that arrives over the cosine's sign is asked for at once. */

@@ -16,6 +16,9 @@ struct bare_tracer;
 struct bare_tracer *bare_tracer_create(const struct scene_state *state, struct error *err);
 void bare_tracer_destroy(struct bare_tracer *tracer);
 
+/* What Embree has allocated for it, triangles included. */
+uint64_t bare_tracer_size_bytes(const struct bare_tracer *tracer);
+
 /* A picture of linear radiance. rays: out, camera rays and shadow rays together. */
 MUST_CHECK bool bare_tracer_render(const struct bare_tracer *tracer, const struct camera *camera,
                                    const struct scene_state *state, struct image *image,

@@ -225,6 +225,25 @@ static void tell(struct bench *bench, const struct traced_case *one,
                                 .p = samples_difference_p(&ms[FOUR_SAMPLES], &ms[ONE_SAMPLE])});
 }
 
+/* What is kept from picture to picture, beside the decoded scene, which both read. */
+static void tell_memory(struct bench *bench, const struct traced_case *one,
+                        const struct subject *subject)
+{
+    double ours = (double)raytrace_cache_size_bytes(subject->cache);
+    double bare = (double)bare_tracer_size_bytes(subject->bare);
+    const struct {
+        const char *name;
+        double value;
+    } rows[] = {
+        {"MB kept", ours / 1e6}, {"MB kept, bare", bare / 1e6}, {"kept / bare", ours / bare}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        bench_check(bench, &(struct check){.scene = "traced",
+                                           .subject = one->name,
+                                           .name = rows[i].name,
+                                           .value = rows[i].value,
+                                           .p = NAN});
+}
+
 static bool run_case(struct bench *bench, const struct traced_case *one, struct error *err)
 {
     struct subject *subject = calloc(1, sizeof *subject);
@@ -248,8 +267,10 @@ static bool run_case(struct bench *bench, const struct traced_case *one, struct 
             }
             image_finish(&image);
         }
-    if (ok)
+    if (ok) {
         tell(bench, one, ms);
+        tell_memory(bench, one, subject);
+    }
     for (int i = 0; i < VARIANTS; i++)
         samples_finish(&ms[i]);
     subject_finish(subject);
