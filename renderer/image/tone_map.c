@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/base/processor_forms.h"
 #include "renderer/image/linear.h"
 #include "shaders/shared/layout.h"
 
@@ -33,47 +34,39 @@ void tone_map_fill_buckets(struct tone_bucket *buckets)
     }
 }
 
-/* x in [0, 1]. */
-static uint8_t encode_srgb(const struct tone_bucket *buckets, float x)
+/* Pixels side by side, as processors take them. */
+enum { BLOCK = 64 };
+struct block {
+    _Alignas(64) float c[3][BLOCK], alpha[BLOCK];
+};
+
+INSIDE_FORMS float min2(float a, float b)
 {
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    uint32_t bucket = bits >> TONE_BUCKET_SHIFT;
-    if (bucket < TONE_FIRST_BUCKET)
-        return 0;
-    if (x >= 1)
-        return 255;
-    const struct tone_bucket *b = &buckets[bucket - TONE_FIRST_BUCKET];
-    return (uint8_t)(b->code + (x >= b->threshold));
+    return a < b ? a : b;
 }
 
-static float min3(const float c[3])
+INSIDE_FORMS float max2(float a, float b)
 {
-    float low = c[0] < c[1] ? c[0] : c[1];
-    return low < c[2] ? low : c[2];
+    return a > b ? a : b;
 }
 
-static float max3(const float c[3])
+/* Nothing branches: below, pixels stand side by side. */
+INSIDE_FORMS void map_neutral(float c[3])
 {
-    float high = c[0] > c[1] ? c[0] : c[1];
-    return high > c[2] ? high : c[2];
-}
-
-static void map_neutral(float c[3])
-{
-    float offset = tone_offset(min3(c));
-    for (int i = 0; i < 3; i++)
-        c[i] -= offset;
-    float peak = max3(c);
-    if (peak < TONE_START_COMPRESSION)
-        return;
+    float offset = tone_offset(min2(min2(c[0], c[1]), c[2]));
+    float r = c[0] - offset, g = c[1] - offset, b = c[2] - offset;
+    float peak = max2(max2(r, g), b);
     float new_peak = tone_new_peak(peak), white_share = tone_white_share(peak, new_peak);
-    float scale = new_peak / peak;
-    for (int i = 0; i < 3; i++)
-        c[i] = tone_compress(c[i], scale, new_peak, white_share);
+    float scale = new_peak / peak; /* of no use where the peak is low */
+    float compressed_r = tone_compress(r, scale, new_peak, white_share);
+    float compressed_g = tone_compress(g, scale, new_peak, white_share);
+    float compressed_b = tone_compress(b, scale, new_peak, white_share);
+    c[0] = peak < TONE_START_COMPRESSION ? r : compressed_r;
+    c[1] = peak < TONE_START_COMPRESSION ? g : compressed_g;
+    c[2] = peak < TONE_START_COMPRESSION ? b : compressed_b;
 }
 
-static void map_agx(float c[3])
+INSIDE_FORMS void map_agx(float c[3])
 {
     float r = tone_agx_contrast(TONE_AGX_INSET_R(c[0], c[1], c[2]));
     float g = tone_agx_contrast(TONE_AGX_INSET_G(c[0], c[1], c[2]));
@@ -83,16 +76,17 @@ static void map_agx(float c[3])
     c[2] = tone_agx_linear(TONE_AGX_OUTSET_B(r, g, b));
 }
 
-static void map_aces(float c[3])
+INSIDE_FORMS void map_aces(float c[3])
 {
     float r = tone_aces_fit(TONE_ACES_IN_R(c[0], c[1], c[2]));
     float g = tone_aces_fit(TONE_ACES_IN_G(c[0], c[1], c[2]));
     float b = tone_aces_fit(TONE_ACES_IN_B(c[0], c[1], c[2]));
-    c[0] = fmaxf(TONE_ACES_OUT_R(r, g, b), 0);
-    c[1] = fmaxf(TONE_ACES_OUT_G(r, g, b), 0);
-    c[2] = fmaxf(TONE_ACES_OUT_B(r, g, b), 0);
+    c[0] = max2(TONE_ACES_OUT_R(r, g, b), 0);
+    c[1] = max2(TONE_ACES_OUT_G(r, g, b), 0);
+    c[2] = max2(TONE_ACES_OUT_B(r, g, b), 0);
 }
 
+/* Black stays black. */
 static void map_tones(enum tone_mapping operator_, float c[3])
 {
     switch (operator_) {
@@ -111,27 +105,86 @@ static void map_tones(enum tone_mapping operator_, float c[3])
 }
 
 /* NaN and infinity become 0, and so do negative radiances; large ones are cut. */
-static float tame(float value)
+INSIDE_FORMS float tame(float value)
 {
-    bool is_finite = value > 0 && value <= __FLT_MAX__;
-    return is_finite ? (value < TONE_RADIANCE_MAX ? value : TONE_RADIANCE_MAX) : 0;
+    float cut = min2(value, TONE_RADIANCE_MAX);
+    return (value > 0) & (value <= __FLT_MAX__) ? cut : 0;
 }
 
-static void map_pixel(const struct tone_bucket *buckets, const float in[4], float gain,
-                      enum tone_mapping operator_, uint8_t out[4])
+INSIDE_FORMS void load(struct block *block, const float *in, float gain)
 {
-    float alpha = tame(in[3]);
-    alpha = alpha < 1 ? alpha : 1;
-    float scale = alpha > 0 && alpha < 1 ? gain / alpha : gain;
-    float c[3];
-    for (int i = 0; i < 3; i++) {
-        float product = tame(in[i]) * scale;
-        c[i] = alpha > 0 ? product < TONE_RADIANCE_MAX ? product : TONE_RADIANCE_MAX : 0;
+    for (int i = 0; i < BLOCK; i++) {
+        float alpha = min2(tame(in[4 * i + 3]), 1);
+        float scale = gain / (alpha > 0 ? alpha : 1);
+        for (int k = 0; k < 3; k++) {
+            float product = min2(tame(in[4 * i + k]) * scale, TONE_RADIANCE_MAX);
+            block->c[k][i] = alpha > 0 ? product : 0;
+        }
+        block->alpha[i] = alpha;
     }
-    map_tones(operator_, c);
-    for (int i = 0; i < 3; i++)
-        out[i] = encode_srgb(buckets, c[i] < 1 ? (c[i] > 0 ? c[i] : 0) : 1);
-    out[3] = (uint8_t)(alpha * 255 + 0.5f);
+}
+
+#define MAP_BLOCK(map)                                                       \
+    for (int i = 0; i < BLOCK; i++) {                                        \
+        float c[3] = {block->c[0][i], block->c[1][i], block->c[2][i]};       \
+        map(c);                                                              \
+        block->c[0][i] = c[0], block->c[1][i] = c[1], block->c[2][i] = c[2]; \
+    }
+
+/* x in [0, 1]. The first bucket stands for those below, which end before its threshold; the last
+ * one for 1, too. */
+INSIDE_FORMS uint32_t encode_srgb(const struct tone_bucket *buckets, float x)
+{
+    const int32_t last = TONE_BUCKETS - 1;
+    int32_t bits, bucket;
+    memcpy(&bits, &x, sizeof bits);
+    bucket = (bits >> TONE_BUCKET_SHIFT) - (int32_t)TONE_FIRST_BUCKET;
+    bucket = bucket < 0 ? 0 : bucket < last ? bucket : last;
+    return buckets[bucket].code + (x >= buckets[bucket].threshold);
+}
+
+INSIDE_FORMS void store(const struct block *block, const struct tone_bucket *buckets, uint8_t *out)
+{
+    uint32_t codes[BLOCK]; /* R in the lowest byte */
+    for (int i = 0; i < BLOCK; i++) {
+        uint32_t rgba = (uint32_t)(int32_t)(block->alpha[i] * 255 + 0.5f) << 24;
+        for (int k = 0; k < 3; k++)
+            rgba |= encode_srgb(buckets, max2(min2(block->c[k][i], 1), 0)) << 8 * k;
+        codes[i] = rgba;
+    }
+    for (int i = 0; i < BLOCK; i++)
+        for (int k = 0; k < 4; k++)
+            out[4 * i + k] = (uint8_t)(codes[i] >> 8 * k);
+}
+
+PROCESSOR_FORMS static void map_block(const struct tone_bucket *buckets, const float *in,
+                                      float gain, enum tone_mapping operator_, uint8_t *out)
+{
+    struct block whole, *block = &whole;
+    load(block, in, gain);
+    if (operator_ == TONE_MAPPING_NEUTRAL)
+        MAP_BLOCK(map_neutral)
+    else if (operator_ == TONE_MAPPING_AGX)
+        MAP_BLOCK(map_agx)
+    else if (operator_ == TONE_MAPPING_ACES)
+        MAP_BLOCK(map_aces)
+    store(block, buckets, out);
+}
+
+static void map_pixels(const struct tone_bucket *buckets, const struct image *hdr,
+                       const struct tone_map_desc *desc, uint8_t *out)
+{
+    const float gain = tone_map_gain(desc), *in = hdr->pixels;
+    size_t count = (size_t)hdr->width_px * (size_t)hdr->height_px, i = 0;
+    for (; i + BLOCK <= count; i += BLOCK)
+        map_block(buckets, in + 4 * i, gain, desc->operator_, out + 4 * i);
+    if (i < count) {
+        float rest[4 * BLOCK] = {0};
+        uint8_t mapped[4 * BLOCK];
+        memcpy(rest, in + 4 * i, 4 * (count - i) * sizeof *rest);
+        map_block(buckets, rest, gain, desc->operator_, mapped);
+        memcpy(out + 4 * i, mapped, 4 * (count - i));
+    }
 }
 
 float tone_map_gain(const struct tone_map_desc *desc)
@@ -167,7 +220,8 @@ void tone_map_over(const struct tone_map_desc *desc, const float backdrop[4],
             lit[i] = fminf(tame(pixel->radiance[i]) * scale + through[i], TONE_RADIANCE_MAX);
         }
         map_radiance(desc->operator_, lit);
-        map_radiance(desc->operator_, unlit);
+        if (through[0] > 0 || through[1] > 0 || through[2] > 0)
+            map_radiance(desc->operator_, unlit);
     }
     for (int i = 0; i < 3; i++)
         out[i] = backdrop[i] * (1 - covered) + fmaxf(through[i] + (lit[i] - unlit[i]), 0) * covered;
@@ -188,12 +242,7 @@ bool tone_map(const struct image *hdr, const struct tone_map_desc *desc, struct 
     bool is_done = image_init(ldr, hdr->width_px, hdr->height_px, 4, IMAGE_U8, err);
     if (is_done) {
         tone_map_fill_buckets(buckets);
-        float gain = tone_map_gain(desc);
-        const float *in = hdr->pixels;
-        uint8_t *out = ldr->pixels;
-        size_t count = (size_t)hdr->width_px * (size_t)hdr->height_px;
-        for (size_t i = 0; i < count; i++)
-            map_pixel(buckets, in + 4 * i, gain, desc->operator_, out + 4 * i);
+        map_pixels(buckets, hdr, desc, ldr->pixels);
     }
     free(buckets);
     return is_done;

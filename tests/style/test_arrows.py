@@ -52,7 +52,8 @@ ROOMS = {
     "shaders/shader_table": "",
 
     "renderer/base": "",
-    "renderer/image": "",
+    "renderer/base/processor_forms.h": "",
+    "renderer/image": "renderer/base/processor_forms.h",
     "renderer/accuracy": "renderer/image",
     "renderer/environment": "renderer/image",
     "renderer/scene/scene_blob.h": "",

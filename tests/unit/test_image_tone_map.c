@@ -304,6 +304,31 @@ static void extremes_stay_in_range(void **state)
 
 /* Its own values where nothing is before it and where layers only filter it; the mapped radiance
  * where nothing of it is seen; and it never gets darker by light. */
+/* Odd values change nothing in the pixels beside them, and a pixel has the same code wherever it
+ * is. */
+static void pixels_do_not_depend_on_their_neighbours(void **state)
+{
+    (void)state;
+    static const float odd[] = {NAN,   INFINITY, -INFINITY, -1,       -0.0f, 0, FLT_MIN, 1e-42f,
+                                1e-5f, 0.08f,    0.76f,     0.99999f, 1,     2, 65504,   FLT_MAX};
+    enum { ODD = sizeof odd / sizeof *odd, COUNT = 64 + 37 };
+    static float in[COUNT * 4];
+    uint8_t whole[COUNT * 4], alone[4];
+    srand(11);
+    for (int operator_ = 0; operator_ < OPERATORS; operator_++)
+        for (int round = 0; round < 20; round++) {
+            struct tone_map_desc desc = {.operator_ = (enum tone_mapping)operator_,
+                                         .exposure_ev = (float)(round % 5 - 2)};
+            for (int i = 0; i < COUNT * 4; i++)
+                in[i] = rand() % 3 ? (float)rand() / (float)RAND_MAX : odd[rand() % ODD];
+            map_row(in, COUNT, desc, whole);
+            for (int i = 0; i < COUNT; i++) {
+                map_one(in + 4 * i, desc, alone);
+                assert_memory_equal(whole + 4 * i, alone, 4);
+            }
+        }
+}
+
 static void a_backdrop_is_a_colour_of_the_screen(void **state)
 {
     (void)state;
@@ -385,6 +410,7 @@ int main(void)
         cmocka_unit_test(exposure_doubles_per_stop),
         cmocka_unit_test(alpha_is_unassociated),
         cmocka_unit_test(extremes_stay_in_range),
+        cmocka_unit_test(pixels_do_not_depend_on_their_neighbours),
         cmocka_unit_test(a_backdrop_is_a_colour_of_the_screen),
         cmocka_unit_test(a_backdrop_survives_extremes),
         cmocka_unit_test(a_frame_of_720p_is_mapped_within_a_frame_time),
