@@ -53,6 +53,7 @@ struct technique {
 #define LINKED .shadows = SHADOWS_DEEP_LINKED
 #define TRANSLUCENT .shadows = SHADOWS_TRANSLUCENT
 #define COMPOSITED .shadows = SHADOWS_COMPOSITED
+#define MOMENTS .shadows = SHADOWS_MOMENTS
 #define COLORED .shadows = SHADOWS_COLORED_STOCHASTIC
 #define RAYS .shadows = SHADOWS_RAYTRACED_SHADOWS
 #define TRACED .shadows = SHADOWS_RAYTRACED
@@ -98,6 +99,12 @@ static const struct technique techniques[] = {
     {"composited",
      SAME_SAMPLES,
      {COMPOSITED, .samples = 1},
+     {0.025, 0.11, 0, 0.03},
+     {0.0075, 0.15, 0, 0.012},
+     false},
+    {"moments",
+     SAME_SAMPLES,
+     {MOMENTS, .samples = 1},
      {0.025, 0.11, 0, 0.03},
      {0.0075, 0.15, 0, 0.012},
      false},

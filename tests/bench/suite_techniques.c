@@ -11,7 +11,7 @@
 #include "tests/bench/frames.h"
 #include "tests/support/light_scene.h"
 
-enum { TECHNIQUES = 8, COUNTS = 6, SPHERES = 1000, RESOLUTION = 512 };
+enum { TECHNIQUES = 9, COUNTS = 6, SPHERES = 1000, RESOLUTION = 512 };
 enum { FAITHFUL_MOST = 256 }; /* meshes: SHADOW_PARTITIONS_MAX */
 static const double HALF_M = 10;
 
@@ -28,6 +28,7 @@ static const struct {
     {"colored-stochastic", SHADOWS_COLORED_STOCHASTIC, false},
     {"composited", SHADOWS_COMPOSITED, false},
     {"composited, faithful", SHADOWS_COMPOSITED, true},
+    {"moments", SHADOWS_MOMENTS, false},
     {"deep", SHADOWS_DEEP, false},
     {"raytraced-shadows", SHADOWS_RAYTRACED_SHADOWS, false},
 };

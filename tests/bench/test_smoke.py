@@ -114,7 +114,7 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(0, done.returncode, done.stderr)
         checks = {(c["subject"], c["name"]): c["value"] for c in json.loads(done.stdout)["checks"]}
         for technique in ("map", "translucent", "stochastic", "colored-stochastic", "composited",
-                          "composited, faithful", "deep", "raytraced-shadows"):
+                          "composited, faithful", "moments", "deep", "raytraced-shadows"):
             for quads in ("0 quads", "40 quads"):
                 total, shadow, shading = (checks[quads, f"{technique}: {part}, cpu ms"]
                                           for part in ("total", "shadow", "shading"))

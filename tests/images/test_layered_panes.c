@@ -109,6 +109,9 @@ static void check_panes(struct renderer *renderer, int count)
     /* three deviations: some 90,000 texels, each of which lets a twentieth of the light pass */
     assert_true(fabs(below) <= 0.05 && fabs(above) <= 0.02);
     assert_false(is_warned);
+    below = measure(renderer, &rig, false, SHADOWS_MOMENTS, &is_warned);
+    above = measure(renderer, &rig, true, SHADOWS_MOMENTS, &is_warned);
+    assert_true(fabs(below) <= 1e-3 && fabs(above) <= (count > 1 ? 0.1 : 1e-3));
     rig_scene_finish(&rig, renderer);
     closed_form_scene_finish(&scene);
 }

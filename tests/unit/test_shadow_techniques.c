@@ -65,7 +65,8 @@ static void every_structure_is_in_the_table(void **state)
     for (int id = 0; (method = next_of_lights(&id));) {
         const struct shadow_structure *structure = method->structure;
         assert_true(is_listed(structure));
-        assert_int_equal(structure->texel_bytes, structure->has_texels  ? 20
+        uint64_t parts = structure == &shadow_structure_moments ? 4 : 1;
+        assert_int_equal(structure->texel_bytes, structure->has_texels  ? 4 + 16 * parts
                                                  : structure->has_lists ? 8
                                                                         : 4);
         assert_int_equal(structure->filters, structure->has_lists || structure->has_texels);
@@ -130,7 +131,8 @@ static void lights_without_transparent_casters_have_plain_maps(void **state)
                                                   SHADOWS_TRANSLUCENT,
                                                   SHADOWS_STOCHASTIC,
                                                   SHADOWS_COLORED_STOCHASTIC,
-                                                  SHADOWS_COMPOSITED};
+                                                  SHADOWS_COMPOSITED,
+                                                  SHADOWS_MOMENTS};
     for (size_t i = 0; i < sizeof asked / sizeof *asked; i++)
         assert_int_equal(chosen(asked[i], &opaque, false), SHADOWS_MAP);
     assert_int_equal(chosen(SHADOWS_DEEP_LINKED, &opaque, true), SHADOWS_DEEP_LINKED);
@@ -145,6 +147,7 @@ static void lights_behind_glass_have_lists(void **state)
     assert_int_equal(chosen(SHADOWS_DEEP_LINKED, &glass, false), SHADOWS_DEEP_LINKED);
     for (int i = SHADOWS_TRANSLUCENT; i <= SHADOWS_COMPOSITED; i++)
         assert_int_equal(chosen((enum shadow_technique)i, &glass, false), i);
+    assert_int_equal(chosen(SHADOWS_MOMENTS, &glass, false), SHADOWS_MOMENTS);
     assert_int_equal(chosen(SHADOWS_RAYTRACED_SHADOWS, &glass, false), SHADOWS_RAYTRACED_SHADOWS);
     assert_int_equal(chosen(SHADOWS_MAP, &glass, false), SHADOWS_NONE); /* it casts none there */
 }
