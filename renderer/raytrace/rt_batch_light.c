@@ -3,25 +3,14 @@
 #include "renderer/raytrace/rt_batch_light.h"
 
 #include "renderer/base/matrix.h"
+#include "renderer/raytrace/rt_batch_wide.h"
 #include "renderer/raytrace/rt_environment.h"
 #include "renderer/raytrace/rt_haze.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_light.h"
 #include "renderer/raytrace/rt_math.h"
 #include "renderer/raytrace/rt_path.h"
-#include "renderer/raytrace/rt_reflect.h"
 #include "renderer/raytrace/rt_terminator.h"
-
-/* A surface being lit. */
-struct lit {
-    uint32_t index; /* of the fragment */
-    const struct rt_fragment *fragment;
-    double point[3], view[3]; /* relative to rt_scene.origin; unit, to the viewer */
-    double view_z;
-    struct rt_surface *surface;
-    struct rt_footprint footprint; /* of the pixel, or its part; where the mesh samples textures */
-    struct rt_reflector *reflector;
-};
 
 static void add_light(struct rt_shading *shading, const struct rt_ray_job *job,
                       const double transmittance[3])
@@ -124,8 +113,7 @@ static void flush_jobs(struct rt_batch *batch)
     batch->job_count = 0;
 }
 
-/* What a light adds to the surface, at once or after its shadow ray. */
-static void send(struct rt_batch *batch, const struct rt_ray_job *job, bool casts_shadow)
+void rt_lit_send(struct rt_batch *batch, const struct rt_ray_job *job, bool casts_shadow)
 {
     struct rt_shading *shading = &batch->shadings[job->fragment];
     for (int k = 0; k < 3 && shading->is_ground; k++)
@@ -138,8 +126,7 @@ static void send(struct rt_batch *batch, const struct rt_ray_job *job, bool cast
     batch->job_count++; /* it is in its place */
 }
 
-/* What haze lets through of a light; 1 where there is none. */
-static double pass_haze(const struct rt_batch *batch, const struct lit *lit,
+double rt_lit_pass_haze(const struct rt_batch *batch, const struct rt_lit *lit,
                         const struct rt_ray_job *job)
 {
     struct rt_arrival arrival = {.distance_m = (double)job->distance_m};
@@ -151,32 +138,32 @@ static double pass_haze(const struct rt_batch *batch, const struct lit *lit,
 }
 
 /* job: all but its weight. */
-static void ask(struct rt_batch *batch, const struct lit *lit, struct rt_ray_job *job, double gain)
+static void ask(struct rt_batch *batch, const struct rt_lit *lit, struct rt_ray_job *job,
+                double gain)
 {
     const struct rt_light_record *record = &batch->desc.light_set->records[job->light];
     double l[3] = {(double)job->direction[0], (double)job->direction[1], (double)job->direction[2]};
     double reflected[3];
     if (!rt_reflect(lit->reflector, l, reflected))
         return;
-    gain *= pass_haze(batch, lit, job);
+    gain *= rt_lit_pass_haze(batch, lit, job);
     for (int k = 0; k < 3; k++)
         job->weight[k] = (float)(reflected[k] * gain * (double)record->color[k]);
-    send(batch, job, record->casts_shadow);
+    rt_lit_send(batch, job, record->casts_shadow);
 }
 
-/* Where the next job goes. */
-static struct rt_ray_job *begin_job(struct rt_batch *batch, const struct lit *lit, uint32_t light)
+struct rt_ray_job *rt_lit_begin_job(struct rt_batch *batch, uint32_t fragment, uint32_t light)
 {
     if (batch->job_count == RT_BATCH_JOBS_MAX)
         flush_jobs(batch);
     struct rt_ray_job *job = &batch->jobs[batch->job_count];
-    job->fragment = lit->index;
+    job->fragment = fragment;
     job->light = light;
-    job->is_transparent = !lit->fragment->is_opaque;
+    job->is_transparent = !batch->fragments[fragment].is_opaque;
     return job;
 }
 
-static void ask_area(struct rt_batch *batch, const struct lit *lit, uint32_t light)
+void rt_lit_ask_area(struct rt_batch *batch, const struct rt_lit *lit, uint32_t light)
 {
     const struct rt_fragment *fragment = lit->fragment;
     struct rt_light_sample sample = {.count = batch->desc.light_set->records[light].samples,
@@ -187,7 +174,7 @@ static void ask_area(struct rt_batch *batch, const struct lit *lit, uint32_t lig
                         batch->desc.scene->origin, lit->point, &arrival);
         if (arrival.gain <= 0)
             continue;
-        struct rt_ray_job *job = begin_job(batch, lit, light);
+        struct rt_ray_job *job = rt_lit_begin_job(batch, lit->index, light);
         job->distance_m = (float)arrival.distance_m;
         for (int k = 0; k < 3; k++)
             job->direction[k] = (float)arrival.direction[k];
@@ -195,15 +182,15 @@ static void ask_area(struct rt_batch *batch, const struct lit *lit, uint32_t lig
     }
 }
 
-static void ask_light(struct rt_batch *batch, const struct lit *lit, uint32_t light,
+static void ask_light(struct rt_batch *batch, const struct rt_lit *lit, uint32_t light,
                       const float point[3])
 {
     const struct rt_light_set *light_set = batch->desc.light_set;
     if (light_set->records[light].is_area) {
-        ask_area(batch, lit, light);
+        rt_lit_ask_area(batch, lit, light);
         return;
     }
-    struct rt_ray_job *job = begin_job(batch, lit, light);
+    struct rt_ray_job *job = rt_lit_begin_job(batch, lit->index, light);
     float gain = rt_light_set_arrive(light_set, light, point, job->direction, &job->distance_m);
     if (gain > 0)
         ask(batch, lit, job, (double)gain);
@@ -211,7 +198,7 @@ static void ask_light(struct rt_batch *batch, const struct lit *lit, uint32_t li
         batch->lights_reaching--;
 }
 
-static void ask_lights(struct rt_batch *batch, const struct lit *lit)
+static void ask_lights(struct rt_batch *batch, const struct rt_lit *lit)
 {
     const struct rt_light_set *light_set = batch->desc.light_set;
     const struct rt_light_list list =
@@ -234,7 +221,7 @@ static void ask_lights(struct rt_batch *batch, const struct lit *lit)
     }
 }
 
-static void ask_environment(struct rt_batch *batch, const struct lit *lit)
+void rt_lit_ask_environment(struct rt_batch *batch, const struct rt_lit *lit)
 {
     const struct environment_light *light = batch->desc.environment;
     const uint32_t slot = (uint32_t)rt_batch_light_slots(batch) - 1;
@@ -249,20 +236,20 @@ static void ask_environment(struct rt_batch *batch, const struct lit *lit)
         if (!rt_environment_draw(&sampler, i, l, arriving) ||
             !rt_reflect(sampler.reflector, l, reflected))
             continue;
-        struct rt_ray_job *job = begin_job(batch, lit, slot);
+        struct rt_ray_job *job = rt_lit_begin_job(batch, lit->index, slot);
         job->distance_m = INFINITY;
         for (int k = 0; k < 3; k++) {
             job->direction[k] = (float)l[k];
             job->weight[k] = (float)(reflected[k] * arriving[k]);
         }
-        send(batch, job, true);
+        rt_lit_send(batch, job, true);
     }
 }
 
 /* Any single sample would shift shadows and textures by up to half a pixel; the middle of all of
  * them is the pixel's middle inside a surface. */
 static void place_in_the_middle(struct rt_batch *batch, struct rt_fragment *fragment,
-                                struct lit *lit, double normal[3])
+                                struct rt_lit *lit, double normal[3])
 {
     const struct rt_scene *scene = batch->desc.scene;
     double count = fragment->sum.count, relative[3];
@@ -280,7 +267,7 @@ static void place_in_the_middle(struct rt_batch *batch, struct rt_fragment *frag
         rt_batch_footprint(batch, &fragment->hit, lit->view_z, lit->view, &lit->footprint);
 }
 
-static void start_rays(struct rt_batch *batch, const struct lit *lit, const double normal[3])
+static void start_rays(struct rt_batch *batch, const struct rt_lit *lit, const double normal[3])
 {
     const struct rt_hit *hit = &lit->fragment->hit;
     struct rt_start *start = &batch->starts[lit->index];
@@ -301,7 +288,7 @@ static void start_rays(struct rt_batch *batch, const struct lit *lit, const doub
 
 /* Of a sampler without levels of detail one sample of a texture that is finer than the pixel would
  * flicker. */
-static void average_base(const struct rt_scene *scene, const struct lit *lit)
+static void average_base(const struct rt_scene *scene, const struct rt_lit *lit)
 {
     struct rt_surface *surface = lit->surface;
     const struct rt_fragment *fragment = lit->fragment;
@@ -325,12 +312,46 @@ static void average_base(const struct rt_scene *scene, const struct lit *lit)
         surface->alpha = sum[3] / (fragment->texel_count + 1);
 }
 
-static void begin_fragment(struct rt_batch *batch, uint32_t index)
+bool rt_lit_evaluate(struct rt_batch *batch, const struct rt_lit *lit, struct rt_shading *shading)
+{
+    const struct rt_fragment *fragment = lit->fragment;
+    struct rt_surface *surface = lit->surface;
+    rt_surface_evaluate(batch->desc.scene, &fragment->hit, &lit->footprint, surface);
+    average_base(batch->desc.scene, lit);
+    if (fragment->is_opaque)
+        surface->alpha = 1, surface->transmission = 0;
+    else
+        rt_surface_view_filter(surface, lit->view, fragment->hit.is_front, shading->filter);
+    shading->alpha = surface->alpha;
+    shading->is_ground = batch->desc.scene->meshes[fragment->hit.mesh].is_ground;
+    bool is_textured = surface->material->textures[SCENE_TEXTURE_BASE_COLOR].texture >= 0;
+    for (int k = 0; k < 3; k++)
+        shading->base[k] = is_textured ? (float)surface->base[k] : 1;
+    if (surface->material->flags & SCENE_MATERIAL_UNLIT) {
+        for (int k = 0; k < 3; k++)
+            shading->radiance[k] = surface->base[k] + surface->emissive[k];
+        return false;
+    }
+    rt_reflector_init(lit->reflector, surface, lit->view);
+    rt_reflector_emission(lit->reflector, surface, shading->radiance);
+    return true;
+}
+
+void rt_lit_add_hemisphere(const struct rt_batch *batch, const struct rt_lit *lit,
+                           struct rt_shading *shading)
+{
+    const struct scene_state *state = batch->desc.scene->state;
+    if (state->has_environment)
+        rt_reflect_hemisphere(state, lit->reflector, lit->surface, shading->radiance);
+    if (shading->is_ground)
+        memcpy(shading->unshadowed, shading->radiance, sizeof shading->unshadowed);
+}
+
+void rt_lit_begin(struct rt_batch *batch, uint32_t index)
 {
     struct rt_fragment *fragment = &batch->fragments[index];
     struct rt_shading *shading = &batch->shadings[index];
-    const struct scene_state *state = batch->desc.scene->state;
-    struct lit lit;
+    struct rt_lit lit;
     struct rt_surface surface;
     struct rt_reflector reflector;
     double normal[3];
@@ -339,31 +360,12 @@ static void begin_fragment(struct rt_batch *batch, uint32_t index)
     lit.surface = &surface;
     lit.reflector = &reflector;
     place_in_the_middle(batch, fragment, &lit, normal);
-    rt_surface_evaluate(batch->desc.scene, &fragment->hit, &lit.footprint, &surface);
-    average_base(batch->desc.scene, &lit);
-    if (fragment->is_opaque)
-        surface.alpha = 1, surface.transmission = 0;
-    else
-        rt_surface_view_filter(&surface, lit.view, fragment->hit.is_front, shading->filter);
-    shading->alpha = surface.alpha;
-    shading->is_ground = batch->desc.scene->meshes[fragment->hit.mesh].is_ground;
-    bool is_textured = surface.material->textures[SCENE_TEXTURE_BASE_COLOR].texture >= 0;
-    for (int k = 0; k < 3; k++)
-        shading->base[k] = is_textured ? (float)surface.base[k] : 1;
-    if (surface.material->flags & SCENE_MATERIAL_UNLIT) {
-        for (int k = 0; k < 3; k++)
-            shading->radiance[k] = surface.base[k] + surface.emissive[k];
+    if (!rt_lit_evaluate(batch, &lit, shading))
         return;
-    }
-    rt_reflector_init(&reflector, &surface, lit.view);
-    rt_reflector_emission(&reflector, &surface, shading->radiance);
-    if (state->has_environment)
-        rt_reflect_hemisphere(state, &reflector, &surface, shading->radiance);
-    if (shading->is_ground)
-        memcpy(shading->unshadowed, shading->radiance, sizeof shading->unshadowed);
+    rt_lit_add_hemisphere(batch, &lit, shading);
     start_rays(batch, &lit, normal);
     ask_lights(batch, &lit);
-    ask_environment(batch, &lit);
+    rt_lit_ask_environment(batch, &lit);
 }
 
 /* All its light is there: it sends nothing, and filters what lies behind. */
@@ -379,8 +381,7 @@ static void end_ground(const struct rt_batch *batch, uint32_t index)
 
 void rt_batch_light(struct rt_batch *batch, uint32_t first)
 {
-    for (uint32_t i = first; i < batch->fragment_count && !batch->is_cancelled; i++)
-        begin_fragment(batch, i);
+    rt_batch_wide_begin(batch, first);
     flush_jobs(batch);
     if (!batch->desc.scene->state->ground_plane.is_there)
         return;

@@ -167,9 +167,7 @@ const struct rt_light_block *rt_light_set_block(const struct rt_light_set *light
     block->key = key;
     block->count = 0;
     for (size_t i = first; i < list->count && block->count < RT_BLOCK_LIGHTS; i++)
-        put_in_block(light_set,
-                     i < list->counts[0] ? list->items[0][i] : list->items[1][i - list->counts[0]],
-                     block);
+        put_in_block(light_set, rt_light_list_at(list, i), block);
     return block;
 }
 

@@ -54,6 +54,12 @@ struct rt_light_list {
     size_t counts[2];
     size_t count; /* of both; with `all` items are NULL */
 };
+static inline uint32_t rt_light_list_at(const struct rt_light_list *list, size_t i)
+{
+    return !list->items[0]       ? (uint32_t)i
+           : i < list->counts[0] ? list->items[0][i]
+                                 : list->items[1][i - list->counts[0]];
+}
 struct rt_light_list rt_light_set_near(const struct rt_light_set *light_set, int x, int y,
                                        double view_z);
 

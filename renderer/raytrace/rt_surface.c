@@ -404,6 +404,16 @@ bool rt_surface_plain_filter(const struct rt_mesh *mesh, enum view_blend_filter 
     return true;
 }
 
+bool rt_surface_is_plain(const struct rt_mesh *mesh)
+{
+    const struct scene_material *m = mesh->material;
+    const bool has_lobes = m->clearcoat > 0 || scene_material_has_sheen(m) || m->anisotropy > 0 ||
+                           m->iridescence > 0 || m->diffuse_transmission > 0;
+    return !mesh->slots && m->textures[SCENE_TEXTURE_BASE_COLOR].texture < 0 && !has_lobes &&
+           m->transmission <= 0 && !(m->flags & SCENE_MATERIAL_UNLIT) &&
+           !(mesh->primitive->flags & SCENE_PRIMITIVE_HAS_COLORS);
+}
+
 void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
                          const struct rt_footprint *footprint, struct rt_surface *surface)
 {

@@ -69,8 +69,8 @@ ROOMS = {
         "renderer/base renderer/frame_report renderer/scene renderer/gl renderer/draw",
     "renderer/lights": "renderer/base renderer/frame_report renderer/scene renderer/gl",
     "renderer/raytrace":
-        "renderer/base renderer/image renderer/environment renderer/view.h renderer/scene"
-        " renderer/lights",
+        "renderer/base renderer/base/processor_forms.h renderer/image renderer/environment"
+        " renderer/view.h renderer/scene renderer/lights",
     "renderer/overlay":
         "renderer/base renderer/image renderer/view.h renderer/scene renderer/raytrace",
     "renderer/transparency": "renderer/base renderer/gl renderer/window",

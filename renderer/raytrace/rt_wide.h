@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: MIT */
+/* Sixteen surfaces of one mesh side by side, without textures and without lobes over the base's:
+ * normals, starts of shadow rays, light that arrives, and what is reflected of it. All of it is
+ * computed in the order of the scalar form (rt_scene_normal, rt_surface_evaluate,
+ * rt_terminator_find, rt_light_set_arrive, rt_reflect) and has its bits, whatever the other lanes
+ * hold and however many of them a processor takes at a time. Thread: any. */
+#ifndef VITRAIL_RENDERER_RAYTRACE_RT_WIDE_H
+#define VITRAIL_RENDERER_RAYTRACE_RT_WIDE_H
+
+#include "renderer/raytrace/rt_light_set.h"
+#include "renderer/raytrace/rt_reflect.h"
+
+enum { RT_WIDE = 16 };
+
+/* What all lanes have alike. */
+struct rt_wide_mesh {
+    double normal_matrix[3][3]; /* rt_mesh's, like is_mirrored */
+    bool is_mirrored;
+    bool is_smoothed;          /* starts of rays are moved as rt_terminator_find says */
+    double origin[3], nudge_m; /* rt_scene's */
+    double eye[3], back[3];    /* the camera's */
+};
+
+struct rt_wide {
+    /* set by the caller; arrays of three are axes, before them the triangle's corners */
+    _Alignas(64) double corners[3][3][RT_WIDE]; /* relative to rt_scene.origin */
+    float normals[3][3][RT_WIDE];               /* of the mesh's vertices */
+    double u[RT_WIDE], v[RT_WIDE], point[3][RT_WIDE], direction[3][RT_WIDE];
+    double count[RT_WIDE]; /* that the five before are sums of */
+    double side[RT_WIDE];  /* -1: the viewer sees the back */
+    /* rt_wide_place */
+    double middle[3][RT_WIDE], view[3][RT_WIDE], view_z[RT_WIDE];
+    double normal[3][RT_WIDE]; /* rt_surface's */
+    double start[3][RT_WIDE], offset[3][RT_WIDE];
+    /* rt_wide_look */
+    double n_dot_v[RT_WIDE], seen[RT_WIDE];
+};
+
+/* Light of one lamp on its way to the sixteen. */
+struct rt_wide_light {
+    _Alignas(64) float direction[3][RT_WIDE], distance_m[RT_WIDE]; /* rt_light_set_arrive's */
+    double gain[RT_WIDE];                                          /* at most 0: none arrives */
+    float weight[3][RT_WIDE]; /* rt_ray_job's, of those that reflect some */
+    uint32_t reflects[RT_WIDE];
+};
+
+/* Points, views and normals, and where shadow rays begin. */
+void rt_wide_place(const struct rt_wide_mesh *mesh, struct rt_wide *wide);
+
+/* What the reflector of the first lane and those of the others do not have alike. */
+void rt_wide_look(const struct rt_reflector *reflector, struct rt_wide *wide);
+
+/* direction, distance_m and gain. Not of area lights. */
+void rt_wide_arrive(const struct rt_light_record *record, const struct rt_wide *wide,
+                    struct rt_wide_light *light);
+
+/* reflects and weight. reflector: of the first lane, without lobes, film, grain and transmission.
+ */
+void rt_wide_reflect(const struct rt_reflector *reflector, const struct rt_light_record *record,
+                     const struct rt_wide *wide, struct rt_wide_light *light);
+
+#endif
