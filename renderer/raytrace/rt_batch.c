@@ -123,6 +123,15 @@ bool rt_batch_reserve_fragments(struct rt_batch *batch, size_t count)
     return ok;
 }
 
+/* Mostly so, and told by few comparisons. */
+static bool has_room(const struct rt_batch *batch, size_t hits)
+{
+    return batch->fragment_count + hits <= batch->fragment_capacity &&
+           batch->step_count + hits < batch->step_capacity &&
+           batch->sample_count < batch->sample_capacity &&
+           batch->pixel_count < batch->pixel_capacity && !batch->has_air && !batch->has_bends;
+}
+
 static bool reserve_for(struct rt_batch *batch, const struct rt_sample *sample)
 {
     void *steps = batch->steps, *ends = batch->sample_ends, *pixels = batch->pixels;
@@ -200,33 +209,44 @@ static uint32_t find_fragment(struct rt_batch *batch, const struct rt_sample *sa
     for (size_t i = batch->pixel_fragments; sample->index && i < batch->fragment_count; i++)
         if (is_same_surface(batch, &batch->fragments[i], sample, hit, is_opaque))
             return add_texel(batch, i, hit);
-    batch->fragments[batch->fragment_count] = (struct rt_fragment){
-        .hit = *hit, .x = sample->x, .y = sample->y, .part = sample->part, .is_opaque = is_opaque};
+    struct rt_fragment *made = &batch->fragments[batch->fragment_count];
+    made->hit = *hit; /* its texels are written before they are read */
+    made->x = sample->x;
+    made->y = sample->y;
+    made->part = sample->part;
+    made->is_opaque = is_opaque;
+    made->sample_count = made->sum.count = made->texel_count = 0;
     return (uint32_t)batch->fragment_count++;
 }
 
-static struct rt_point point_of(const struct rt_sample *sample, const struct rt_hit *hit)
+static void find_point(const struct rt_sample *sample, const struct rt_hit *hit,
+                       struct rt_point *point)
 {
-    struct rt_point point = {.hit = *hit};
+    point->hit = *hit;
     for (int k = 0; k < 3; k++) {
-        point.direction[k] = sample->ray->direction[k];
-        point.point[k] = sample->ray->origin[k] + sample->ray->direction[k] * hit->t;
+        point->direction[k] = sample->ray->direction[k];
+        point->point[k] = sample->ray->origin[k] + sample->ray->direction[k] * hit->t;
     }
-    return point;
 }
 
 void rt_fragment_add(struct rt_fragment *fragment, const struct rt_point *point)
 {
     fragment->sample_count++;
     if (fragment->hit.triangle != point->hit.triangle)
-        return; /* its neighbour: barycentric weights mean something else there */
+        return;                   /* its neighbour: barycentric weights mean something else there */
+    if (!fragment->sum.count++) { /* the first, as most are */
+        fragment->sum.u = point->hit.u;
+        fragment->sum.v = point->hit.v;
+        memcpy(fragment->sum.point, point->point, sizeof point->point);
+        memcpy(fragment->sum.direction, point->direction, sizeof point->direction);
+        return;
+    }
     fragment->sum.u += point->hit.u;
     fragment->sum.v += point->hit.v;
     for (int k = 0; k < 3; k++) {
         fragment->sum.point[k] += point->point[k];
         fragment->sum.direction[k] += point->direction[k];
     }
-    fragment->sum.count++;
 }
 
 void rt_batch_footprint(const struct rt_batch *batch, const struct rt_hit *hit, double view_z,
@@ -271,10 +291,9 @@ static void add_step(struct rt_batch *batch, const struct rt_sample *sample, siz
     take_air(batch, batch->step_count);
     struct rt_step *step = &batch->steps[batch->step_count++];
     step->fragment = find_fragment(batch, sample, met, met->is_opaque, hit);
-    const struct rt_point point = point_of(sample, met);
-    rt_fragment_add(&batch->fragments[step->fragment], &point);
-    if (met->is_opaque)
-        batch->points[batch->sample_count] = point;
+    struct rt_point other, *point = met->is_opaque ? &batch->points[batch->sample_count] : &other;
+    find_point(sample, met, point);
+    rt_fragment_add(&batch->fragments[step->fragment], point);
     for (int k = 0; k < 3; k++)
         step->through[k] = (float)through[k], through[k] = 1;
 }
@@ -365,7 +384,7 @@ static bool ends_on_surface(const struct rt_batch *batch, const struct rt_hits *
 bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
 {
     const struct rt_scene *scene = batch->desc.scene;
-    if (!reserve_for(batch, sample))
+    if (!has_room(batch, sample->hits->count) && !reserve_for(batch, sample))
         return false;
     if (sample->index == 0) {
         batch->pixel_fragments = batch->fragment_count;
@@ -390,7 +409,8 @@ bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
     for (size_t i = 0; i < sample->hits->count; i++) {
         const struct rt_hit *hit = &sample->hits->hits[i];
         way.to = hit->t;
-        pass_air(batch, &way, through);
+        if (has_media || batch->has_air)
+            pass_air(batch, &way, through);
         if (batch->has_bends && rt_walk_bends(scene, hit)) {
             add_bend(batch, sample, i, way.sigma, through);
             break;
@@ -436,17 +456,19 @@ static void end_bent(const struct rt_seen *bent, const double layers[3], const d
 static void composite(const struct rt_batch *batch, size_t sample, size_t first, size_t end,
                       struct rt_pixel *pixel)
 {
-    double layers[3] = {0}, through[3] = {1, 1, 1}, behind[4];
+    double layers[3] = {0}, through[3] = {1, 1, 1}, behind[4] = {0};
     const struct rt_point *point = &batch->points[sample];
-    rt_pixel_background(batch->desc.view, batch->desc.environment, point->direction, behind);
     for (size_t i = first; i < end; i++) {
         const struct rt_step *step = &batch->steps[i];
         for (int k = 0; batch->air && k < 3; k++)
             layers[k] += through[k] * (double)batch->air[i][k];
         for (int k = 0; k < 3; k++)
             through[k] *= (double)step->through[k];
-        if (step->fragment == RT_BACKGROUND)
+        if (step->fragment == RT_BACKGROUND) {
+            rt_pixel_background(batch->desc.view, batch->desc.environment, point->direction,
+                                behind);
             break;
+        }
         const struct rt_shading *shading = &batch->shadings[step->fragment];
         if (batch->fragments[step->fragment].is_opaque) {
             memcpy(behind, shading->radiance, sizeof shading->radiance);

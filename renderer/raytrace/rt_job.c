@@ -111,10 +111,12 @@ void rt_job_camera_ray(const struct rt_job *job, double x, double y, struct rt_r
     const struct camera *camera = job->desc->camera;
     double px = (2 * x / job->desc->view->width_px - 1) * camera->half_width;
     double py = (1 - 2 * y / job->desc->view->height_px) * camera->half_height;
-    *ray = (struct rt_ray){.culls_back_faces = true,
-                           .skip_mesh = UINT32_MAX,
-                           .skip_triangle = UINT32_MAX,
-                           .t_max = INFINITY};
+    ray->culls_back_faces = true; /* one by one: zeroing all of it first takes longer */
+    ray->is_bent = ray->only_media = false;
+    ray->skip_mesh = ray->skip_triangle = UINT32_MAX;
+    ray->excluded_node = 0;
+    ray->t_min = 0;
+    ray->t_max = INFINITY;
     for (int k = 0; k < 3; k++) {
         double aside = camera->right[k] * px + camera->up[k] * py;
         double eye = camera->eye[k] - job->scene->origin[k];

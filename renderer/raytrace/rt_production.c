@@ -60,17 +60,21 @@ static bool trace_pixels(struct tracer *tracer, const int (*pixels)[2], int coun
     struct rt_packet *packet = &tracer->packet;
     int rays = count * shared->samples;
     for (int first = 0; first < rays; first += RT_LANES) {
+        int pixels_of[RT_LANES], samples_of[RT_LANES], pixel = first / shared->samples;
         packet->count = rays - first < RT_LANES ? rays - first : RT_LANES;
-        for (int lane = 0; lane < packet->count; lane++) {
-            int pixel = (first + lane) / shared->samples, s = (first + lane) % shared->samples;
+        for (int lane = 0, s = first % shared->samples; lane < packet->count; lane++, s++) {
+            if (s == shared->samples)
+                s = 0, pixel++;
+            pixels_of[lane] = pixel;
+            samples_of[lane] = s;
             rt_job_camera_ray(tracer->job, pixels[pixel][0] + shared->positions[s][0],
                               pixels[pixel][1] + shared->positions[s][1], &packet->rays[lane]);
         }
         rt_packet_collect(packet);
         for (int lane = 0; lane < packet->count; lane++) {
-            int pixel = (first + lane) / shared->samples, s = (first + lane) % shared->samples;
-            struct rt_sample sample = {.x = pixels[pixel][0],
-                                       .y = pixels[pixel][1],
+            int s = samples_of[lane];
+            struct rt_sample sample = {.x = pixels[pixels_of[lane]][0],
+                                       .y = pixels[pixels_of[lane]][1],
                                        .index = s,
                                        .part = shared->parts[s],
                                        .place = shared->positions[s],

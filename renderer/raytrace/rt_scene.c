@@ -653,11 +653,12 @@ void rt_scene_order_hits(const struct rt_scene *scene, struct rt_hits *hits)
     sort_hits(hits);
     size_t kept = 0;
     for (size_t i = 0; i < hits->count; i++) {
-        const struct rt_hit hit = hits->hits[i];
-        if (is_known(scene, hits, kept, &hit))
+        const struct rt_hit *hit = &hits->hits[i];
+        if (is_known(scene, hits, kept, hit))
             continue;
-        hits->hits[kept++] = hit;
-        if (hit.is_opaque)
+        if (kept != i)
+            hits->hits[kept] = *hit;
+        if (hits->hits[kept++].is_opaque)
             break;
     }
     hits->count = kept;
