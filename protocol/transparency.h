@@ -36,7 +36,7 @@ enum transparency_can {
         "layers that cover parts of a sample by chance instead of an order; for comparison")   \
     ROW(MOMENT_BASED, "moment-based",                                                          \
         TRANSPARENCY_CAN_TRACED_SHADOWS | TRANSPARENCY_CAN_OUTPUTS | TRANSPARENCY_CAN_GROUND,  \
-        "layers seen through what four moments of absorbance say is before; for comparison")   \
+        "layers seen through what six moments of absorbance say is before; for comparison")    \
     ROW(SORTED, "sorted", TRANSPARENCY_CAN_TRACED_SHADOWS | TRANSPARENCY_CAN_GROUND,           \
         "objects blended as wholes, back to front; wrong where they interlock; for comparison")
 

@@ -10,5 +10,5 @@ const struct transparency_method transparency_method_moment_based = {
     .compositing = "moment_based_composite.glsl",
     .compositing_published = "moment_based_published.glsl",
     .walks_twice = true,
-    .approximates = "tells from four moments what absorbs before a layer",
+    .approximates = "tells from moments what absorbs before a layer",
 };

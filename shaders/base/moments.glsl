@@ -5,9 +5,8 @@
 // have the moments, the one with as much as can be at the depth itself has two more depths, and
 // those in front of it count.
 // Depths are from -1 to 1.
-// Provides: absorbance_of_filter, moments, moments_add, moments_normalize, masses_at.
+// Provides: moments, moments_clear, moments_add, moments_normalize, masses_at.
 
-const float ABSORBANCE_MOST = 10.0; // of a layer: one that covers all lets through 5e-5
 const float MOMENT_BIAS = 5e-7;     // the paper's for four power moments in f32, towards
 const float MOMENT_2 = 0.375, MOMENT_4 = 0.375; // these, and 0 of odd order
 
@@ -15,10 +14,9 @@ struct moments {
     vec3 m0, m1, m2, m3, m4; // by channel
 };
 
-// -ln of a filter, up to the most.
-vec3 absorbance_of_filter(vec3 t)
+void moments_clear(out moments m)
 {
-    return clamp(-log(max(t, 1e-30)), 0.0, ABSORBANCE_MOST);
+    m = moments(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
 }
 
 void moments_add(inout moments m, vec3 tau, float z)

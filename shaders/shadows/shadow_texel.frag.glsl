@@ -23,7 +23,7 @@ layout(location = 0) out vec4 o_texel;
 #endif
 
 #ifdef MOMENTS
-#include "base/moments.glsl"
+#include "base/absorbance.glsl"
 #endif
 #ifdef CHANCE
 flat in uint v_primitive;

@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: MIT
 // Composites a pixel's layers by Muenstermann, Krumpen, Klein and Peters 2018, "Moment-Based
-// Order-Independent Transparency", with four power moments. A first walk sums the absorbance of
-// the layers, -ln of their filter, times the powers 0 to 4 of their depth. A second one tells from
+// Order-Independent Transparency", with six power moments. A first walk sums the absorbance of
+// the layers, -ln of their filter, times the powers 0 to 6 of their depth. A second one tells from
 // these sums alone what absorbs in front of a layer: of all distributions of absorbance over depth
-// that have the moments, the one with as much as can be at the layer's own depth has two more
+// that have the moments, the one with as much as can be at the layer's own depth has three more
 // depths, and those in front of it count (Peters and Klein 2015, "Moment Shadow Mapping").
 // Light is then scaled to what all layers cover, which is known exactly.
 // The depth is the logarithm of the distance (orthographic: the distance), from -1 to 1 between the
 // pixel's own nearest and farthest layer. Of what is at the layer's depth its own absorbance does
 // not dim it, and half of the rest does: the middle of what the moments leave open, with which
-// three to nine random panes are off by half as much in the mean as with a quarter. AS_PUBLISHED: a
-// quarter of all that is at the layer's depth dims it, its own absorbance included.
+// three to nine random panes are off by half as much in the mean as with a quarter. AS_PUBLISHED:
+// with four moments, the fastest of the paper's, and a quarter of all that is at the layer's depth
+// dims it, its own absorbance included.
 // Not with HAS_MEDIA, HAS_REFRACTION, HAS_ATMOSPHERE: the row lacks them.
 // Needs: WALKS, IS_ORTHOGRAPHIC, view_ray.glsl, those of listed_layers.glsl.
+#include "base/absorbance.glsl"
+#ifdef AS_PUBLISHED
 #include "base/moments.glsl"
+#else
+#include "base/six_moments.glsl"
+#endif
 #include "transparency/listed_layers.glsl"
 
 #ifdef AS_PUBLISHED
@@ -59,7 +65,7 @@ void layers_composite(ivec2 pixel, int first_sample, pixel_layers layers,
     vec3 light[WALKS], reached[WALKS], covered[WALKS]; // as the moments have it, and exactly
     wide3 share[WALKS];
     for (int i = 0; i < WALKS; i++) {
-        sums[i] = moments(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+        moments_clear(sums[i]);
         light[i] = reached[i] = covered[i] = vec3(0.0);
         share[i] = share_all();
     }
