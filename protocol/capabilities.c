@@ -197,6 +197,7 @@ json_t *device_capabilities_to_json(const struct device_capabilities *device)
         json_put_text(&writer, "warning", device->warning);
     json_put(&writer, "max_texture_size", json_integer(device->max_texture_size));
     json_put(&writer, "max_samples", json_integer(device->max_samples));
+    json_put(&writer, "vector_bits", json_integer(device->vector_bits));
     json_put_integer(&writer, "max_storage_block_bytes", device->max_storage_block_bytes);
     json_put_integer(&writer, "gpu_budget_bytes", device->gpu_budget_bytes);
     json_put_text(&writer, "gpu_budget_source", device->gpu_budget_source);
@@ -233,6 +234,7 @@ static bool read_numbers(const struct json_node *root, struct device_capabilitie
     struct json_node count = json_member(root, "device_count");
     struct json_node texture = json_member(root, "max_texture_size");
     struct json_node samples = json_member(root, "max_samples");
+    struct json_node bits = json_member(root, "vector_bits");
     struct json_node block = json_member(root, "max_storage_block_bytes");
     struct json_node budget = json_member(root, "gpu_budget_bytes");
     struct json_node used = json_member(root, "gpu_used_bytes");
@@ -240,6 +242,7 @@ static bool read_numbers(const struct json_node *root, struct device_capabilitie
     return json_read_int(&count, 0, 1 << 20, &device->device_count) &&
            json_read_int(&texture, 0, 1 << 30, &device->max_texture_size) &&
            json_read_int(&samples, 0, 1 << 20, &device->max_samples) &&
+           json_read_int(&bits, 0, 1 << 20, &device->vector_bits) &&
            json_read_uint64(&block, &device->max_storage_block_bytes) &&
            json_read_uint64(&budget, &device->gpu_budget_bytes) &&
            json_read_uint64(&used, &device->gpu_used_bytes) &&

@@ -56,6 +56,8 @@ struct device_capabilities {
     uint32_t passed_over;                  /* set of bits: those of these lines that say so */
     char warning[CAPABILITIES_LINE_BYTES]; /* of software beside hardware; "": none */
     int max_texture_size, max_samples;
+    int vector_bits; /* of the processor's loops over surfaces of rays and over pixels: 128, 256 or
+                        512 */
     uint64_t max_storage_block_bytes;
     uint64_t gpu_budget_bytes, gpu_used_bytes;
     char gpu_budget_source[CAPABILITIES_NAME_BYTES]; /* where the budget is from */

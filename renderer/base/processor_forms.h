@@ -10,8 +10,21 @@
     !defined __SANITIZE_ADDRESS__ && !defined __SANITIZE_THREAD__
 #define PROCESSOR_FORMS \
     __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+
+/* Width of the form that the loader takes. */
+static inline int processor_form_bits(void)
+{
+    return __builtin_cpu_supports("x86-64-v4")   ? 512
+           : __builtin_cpu_supports("x86-64-v3") ? 256
+                                                 : 128;
+}
 #else
 #define PROCESSOR_FORMS
+
+static inline int processor_form_bits(void)
+{
+    return 128;
+}
 #endif
 /* Of functions that are called from one that has forms, to be compiled with each. */
 #define INSIDE_FORMS static inline __attribute__((always_inline))

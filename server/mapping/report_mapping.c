@@ -7,6 +7,7 @@
 
 #include "protocol/utf8.h"
 #include "protocol/quality_defaults.h"
+#include "renderer/base/processor_forms.h"
 #include "server/mapping/view_mapping.h"
 
 static_assert((int)FRAME_STATS_PASSES_MAX >= (int)REPORT_PASSES_MAX, "passes do not fit");
@@ -127,6 +128,7 @@ void device_capabilities_from_info(const struct renderer_info *info,
         .device_count = info->device_count,
         .max_texture_size = info->max_texture_size,
         .max_samples = info->max_samples,
+        .vector_bits = processor_form_bits(),
         .max_storage_block_bytes = info->max_storage_block_bytes,
         .gpu_budget_bytes = info->budget_bytes,
         .gpu_used_bytes = info->used_bytes,

@@ -532,6 +532,7 @@ static void fill_device(struct device_capabilities *device)
         .passed_over = 1 << 0,
         .max_texture_size = 16384,
         .max_samples = 4,
+        .vector_bits = 256,
         .max_storage_block_bytes = UINT64_C(1) << 31,
         .gpu_budget_bytes = UINT64_C(4) << 30,
         .gpu_used_bytes = 12345,

@@ -651,6 +651,15 @@ static void long_names_are_cut_at_a_character(void **state)
     scene_summary_finish(&summary);
 }
 
+static void expect_vectors_of_the_processor(int bits)
+{
+    assert_true(bits == 128 || bits == 256 || bits == 512);
+#ifdef __x86_64__
+    assert_true(bits < 256 || __builtin_cpu_supports("avx2"));
+    assert_true(bits < 512 || __builtin_cpu_supports("avx512bw"));
+#endif
+}
+
 static void device_info_reaches_the_capabilities(void **state)
 {
     (void)state;
@@ -680,6 +689,7 @@ static void device_info_reaches_the_capabilities(void **state)
     assert_int_equal(device.max_texture_size, 16384);
     assert_int_equal(device.max_samples, 4);
     assert_int_equal(device.max_storage_block_bytes, 1);
+    expect_vectors_of_the_processor(device.vector_bits);
     assert_int_equal(device.gpu_budget_bytes, 3);
     assert_int_equal(device.gpu_used_bytes, 2);
     assert_int_equal(device.upload_bytes_per_ms, 4);

@@ -223,7 +223,7 @@ static void shade_wide(const struct subject *s, struct shaded out[RT_WIDE])
 static bool is_same_f64(const double *a, const double *b, int count)
 {
     for (int i = 0; i < count; i++)
-        if (memcmp(&a[i], &b[i], sizeof *a) && !(isnan(a[i]) && isnan(b[i])) && a[i] != b[i])
+        if (a[i] != b[i] && !(isnan(a[i]) && isnan(b[i])))
             return false;
     return true;
 }
