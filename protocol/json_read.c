@@ -386,8 +386,6 @@ bool json_read_choice(const struct json_node *node, const struct json_choice *ch
         if (found)
             nearest_offer(&nearest, choice->name(i));
     }
-    if (found && choice->planned && json_is_known(found, choice->planned))
-        return json_refuse(node, ERROR_UNSUPPORTED, "but this version has only: %s", list.text);
     suggest(&nearest, meant, sizeof meant);
     return json_refuse(node, ERROR_INVALID_REQUEST, "%smust be one of: %s", meant, list.text);
 }

@@ -60,12 +60,10 @@ MUST_CHECK bool json_read_name(const struct json_node *node, const char **out);
 /* A string of any length, cut to fit. */
 MUST_CHECK bool json_read_text(const struct json_node *node, char *buffer, size_t size_bytes);
 
-/* One of the names of an enum. `planned` (may be NULL) are names of the documented format that this
- * version does not have: ERROR_UNSUPPORTED. All other unknown ones are ERROR_INVALID_REQUEST. */
+/* One of the names of an enum. */
 struct json_choice {
     const char *(*name)(int index); /* NULL past the last */
     int first;                      /* lowest index that may be named */
-    const char *const *planned;
 };
 MUST_CHECK bool json_read_choice(const struct json_node *node, const struct json_choice *choice,
                                  int *out);

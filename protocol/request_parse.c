@@ -23,8 +23,7 @@ bool request_read_scene(const struct json_node *node, char scene[65])
 
 static bool read_techniques(const struct json_node *node, struct request_quality *quality)
 {
-    const struct json_choice shadows = {.name = shadow_technique_name,
-                                        .planned = shadow_techniques_planned};
+    const struct json_choice shadows = {.name = shadow_technique_name};
     const struct json_choice transparency = {.name = transparency_name};
     const struct json_choice light_lists = {.name = request_light_lists_name};
     const struct json_choice filters = {.name = request_blend_filter_name};

@@ -19,8 +19,6 @@ const struct shadow_technique_row shadow_technique_rows[SHADOWS_COUNT] = {
 #undef ROW
 };
 
-const char *const shadow_techniques_planned[] = {"silhouette", NULL};
-
 static const struct shadow_technique_row *row_of(int technique)
 {
     return technique >= 0 && technique < SHADOWS_COUNT ? &shadow_technique_rows[technique] : NULL;

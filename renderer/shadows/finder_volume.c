@@ -1,21 +1,20 @@
 /* SPDX-License-Identifier: MIT */
 /* Shadow volumes as a finder of shadows: Kim, Kim and Turk, "Real Time Shadow of Transparent
- * Casters Using Shadow Volume", for every point of a window. What light loses to the casters of a
- * point is a sum of integers: what it loses on its way to the eye, and what the way from the eye to
- * the point gains where it crosses faces of the casters' volumes. shaders/shadows/volume.glsl has
- * the geometry. */
+ * Casters Using Shadow Volume", for every point of a window; and with whole multiplicities of
+ * silhouettes, Lexolights, Peciva (docs/explanation/shading.md, "Silhouettes"). What light loses to
+ * the casters of a point is a sum of integers: what it loses on its way to the eye, and what the
+ * way from the eye to the point gains where it crosses faces of the casters' volumes.
+ * shaders/shadows/volume.glsl has the geometry. */
 #include "renderer/shadows/shadow_finder.h"
 
 #include <assert.h>
 #include <epoxy/gl.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "renderer/base/matrix.h"
-#include "renderer/base/wall_clock.h"
 #include "renderer/shadows/shadow_traced.h"
-#include "renderer/shadows/volume_casters.h"
+#include "renderer/shadows/volumes.h"
 #include "renderer/transparency/method.h"
 #include "shaders/shared/layout.h"
 
@@ -25,8 +24,8 @@
 enum {
     START_BYTES = 16,
     SUM_BYTES = 24,
-    FACE_BYTES = 32,
     SPAN_BYTES = 8,
+    SIGN_BYTES = 4,
     SPAN_TILES_LEAST = 8,
     SPAN_TILES_MOST = 64,
     LOOP_STEPS = 60000, /* of an invocation: fewer than any device allows */
@@ -34,214 +33,19 @@ enum {
     COUNTER_BYTES = 4 * VOLUME_COUNTERS,
     SPANS_FIRST = 1 << 14,
     DEFINES_BYTES = 64,
+    TILE_BYTES = 4,
 };
-
-enum {
-    VERTICES,
-    EDGES,
-    SIDES,
-    TRIANGLES,
-    WEIGHTS,
-    REACH,
-    LIGHTS,
-    FACES,
-    SPANS,
-    STARTS,
-    SUMS,
-    COUNTERS,
-    BUFFERS
-};
-
-static const char *const labels[BUFFERS] = {
-    "shadow.volume.vertices",  "shadow.volume.edges", "shadow.volume.sides",
-    "shadow.volume.triangles", "shadow.volume.items", "shadow.volume.reach",
-    "shadow.volume.lights",    "shadow.volume.faces", "shadow.volume.spans",
-    "shadow.volume.starts",    "shadow.volume.sums",  "shadow.volume.counters"};
-
-struct volumes {
-    struct volume_casters casters; /* kept while their key is the same */
-    struct gl_buffer buffers[BUFFERS];
-    bool is_uploaded; /* edges, sides and triangles are those of the casters */
-    uint64_t span_room;
-
-    /* of the frame */
-    const struct scene_state *state;
-    const struct camera *camera;
-    bool *is_shadowed;   /* owned */
-    bool is_kept;        /* the casters stood already */
-    uint64_t most_spans; /* of a pass */
-    double build_ms;
-    double nudge_m;
-};
-
-static bool reserve(struct volumes *volumes, int buffer, uint64_t bytes, bool is_uploaded,
-                    struct error *err)
-{
-    return gl_buffer_reserve(&volumes->buffers[buffer],
-                             &(struct gl_buffer_desc){.label = labels[buffer],
-                                                      .size_bytes = bytes,
-                                                      .is_uploaded = is_uploaded,
-                                                      .is_dynamic = !is_uploaded},
-                             false, err);
-}
-
-static bool upload(struct volumes *volumes, int buffer, const void *data, uint64_t bytes,
-                   struct error *err)
-{
-    if (!reserve(volumes, buffer, bytes, true, err))
-        return false;
-    if (bytes)
-        gl_buffer_write(&volumes->buffers[buffer], 0, bytes, data);
-    return true;
-}
-
-/* ---- the casters ---- */
-
-static bool check_room(const struct volume_casters *casters, const struct gl_limits *limits,
-                       struct error *err)
-{
-    uint64_t most = gl_limits_block(limits, FACE_BYTES);
-    uint64_t faces = casters->edge_count + casters->triangle_count;
-    return faces <= most ||
-           error_set(err, ERROR_OVER_BUDGET,
-                     "shadow volumes of %llu edges and triangles, and a storage block of %llu "
-                     "bytes has room for %llu",
-                     (unsigned long long)faces, (unsigned long long)limits->max_storage_block_bytes,
-                     (unsigned long long)most);
-}
-
-static bool take_casters(struct volumes *volumes, const struct shadow_finding *finding,
-                         struct error *err)
-{
-    const struct content_key key = volume_casters_key(volumes->state, finding->scene_key);
-    struct volume_casters *casters = &volumes->casters;
-    volumes->is_kept = content_key_equals(key, casters->key);
-    if (volumes->is_kept)
-        return true;
-    volumes->is_uploaded = false;
-    volume_casters_finish(casters);
-    if (!volume_casters_init(casters, volumes->state, err) ||
-        !check_room(casters, finding->limits, err))
-        return false;
-    casters->key = key;
-    return true;
-}
-
-static bool upload_casters(struct volumes *volumes, struct error *err)
-{
-    const struct volume_casters *casters = &volumes->casters;
-    volumes->is_uploaded =
-        volumes->is_uploaded || (upload(volumes, EDGES, casters->edges,
-                                        casters->edge_count * sizeof *casters->edges, err) &&
-                                 upload(volumes, SIDES, casters->sides,
-                                        casters->side_count * sizeof *casters->sides, err) &&
-                                 upload(volumes, TRIANGLES, casters->triangles,
-                                        casters->triangle_count * sizeof *casters->triangles, err));
-    return volumes->is_uploaded;
-}
-
-/* In view space, where the eye is the origin: what f32 rounds off is seen under a small angle. */
-static bool upload_vertices(struct volumes *volumes, struct error *err)
-{
-    const struct volume_casters *casters = &volumes->casters;
-    float(*placed)[4] = malloc((casters->vertex_count + 1) * sizeof *placed);
-    double axes[3][3], offset[3];
-    if (!placed)
-        return error_set(err, ERROR_NO_MEMORY, "%zu vertices of shadow volumes",
-                         casters->vertex_count);
-    camera_axes(volumes->camera, axes);
-    for (size_t i = 0; i < casters->vertex_count; i++) {
-        vec3_sub(casters->vertices[i], volumes->camera->eye, offset);
-        for (int k = 0; k < 3; k++)
-            placed[i][k] = (float)vec3_dot(axes[k], offset);
-        placed[i][3] = 1;
-    }
-    bool ok = upload(volumes, VERTICES, placed, casters->vertex_count * sizeof *placed, err);
-    free(placed);
-    return ok;
-}
-
-static bool upload_weights(struct volumes *volumes, enum view_blend_filter blend, struct error *err)
-{
-    const struct scene_state *state = volumes->state;
-    struct volume_weight *weights = calloc(state->item_count + 1, sizeof *weights);
-    if (!weights)
-        return error_set(err, ERROR_NO_MEMORY, "%zu casters", state->item_count);
-    for (size_t i = 0; i < state->item_count; i++)
-        if (state->items[i].casts_shadow)
-            weights[i] = volume_weight_of(state, &state->items[i], blend);
-    bool ok = upload(volumes, WEIGHTS, weights, state->item_count * sizeof *weights, err);
-    free(weights);
-    return ok;
-}
-
-/* Words of a light. */
-static uint32_t reach_words(const struct scene_state *state)
-{
-    return (uint32_t)(state->item_count + 31) / 32;
-}
-
-static bool upload_reach(struct volumes *volumes, const struct shadow_needs *needs,
-                         struct error *err)
-{
-    size_t each = reach_words(volumes->state), count = needs->light_count * each;
-    uint32_t *words = calloc(count + 1, sizeof *words);
-    if (!words)
-        return error_set(err, ERROR_NO_MEMORY, "casters of %zu lights", needs->light_count);
-    for (size_t i = 0; i < needs->light_count; i++) {
-        const struct shadow_casters *casters = &needs->lights[i].casters;
-        for (size_t k = 0; k < casters->count; k++)
-            words[i * each + casters->items[k] / 32] |= 1u << casters->items[k] % 32;
-    }
-    bool ok = upload(volumes, REACH, words, count * sizeof *words, err);
-    free(words);
-    return ok;
-}
-
-static bool upload_lights(struct volumes *volumes, const bool *is_shadowed, struct error *err)
-{
-    size_t count = volumes->state->light_count;
-    uint32_t *words = calloc(count + 1, sizeof *words);
-    volumes->is_shadowed = calloc(count + 1, sizeof *volumes->is_shadowed);
-    bool ok = words && volumes->is_shadowed;
-    if (!ok)
-        error_set(err, ERROR_NO_MEMORY, "%zu lights", count);
-    for (size_t i = 0; ok && i < count; i++)
-        words[i] = volumes->is_shadowed[i] = is_shadowed[i];
-    ok = ok && upload(volumes, LIGHTS, words, count * sizeof *words, err);
-    free(words);
-    return ok;
-}
-
-/* As rays have it (renderer/raytrace/rt_scene.c). */
-static double find_nudge(const struct scene_state *state)
-{
-    double diagonal[3] = {0};
-    if (state->bounds_min[0] <= state->bounds_max[0])
-        vec3_sub(state->bounds_max, state->bounds_min, diagonal);
-    return 1e-6 * 0.5 * vec3_length(diagonal);
-}
 
 static bool begin(struct traced_shadows *traced, const struct shadow_finding *finding,
                   struct error *err)
 {
     struct volumes *volumes = traced->own;
-    double begin_ms = wall_ms();
     if (!volumes)
         volumes = traced->own = calloc(1, sizeof *volumes);
     if (!volumes)
         return error_set(err, ERROR_NO_MEMORY, "shadow volumes");
-    volumes->state = finding->desc->state;
-    volumes->camera = finding->desc->camera;
-    volumes->nudge_m = find_nudge(volumes->state);
-    volumes->most_spans = 0;
-    bool ok = take_casters(volumes, finding, err) && upload_casters(volumes, err) &&
-              upload_vertices(volumes, err) &&
-              upload_weights(volumes, finding->desc->view->quality.blend_filter, err) &&
-              upload_reach(volumes, finding->needs, err) &&
-              upload_lights(volumes, finding->is_shadowed, err);
-    volumes->build_ms = wall_ms() - begin_ms;
-    return ok;
+    volumes->counts_groups = traced->finder == &shadow_finder_silhouette;
+    return volumes_begin(volumes, finding, err);
 }
 
 static void end(struct traced_shadows *traced)
@@ -257,7 +61,7 @@ static uint64_t size_bytes(const struct traced_shadows *traced)
 {
     const struct volumes *volumes = traced->own;
     uint64_t bytes = 0;
-    for (int i = 0; volumes && i < BUFFERS; i++)
+    for (int i = 0; volumes && i < VOLUME_BUFFERS; i++)
         bytes += volumes->buffers[i].size_bytes;
     return bytes;
 }
@@ -278,51 +82,73 @@ static uint32_t room(const struct traced_shadows *traced, const struct clusters 
 
 /* ---- programs ---- */
 
-enum program { PLACE, EYE, STARTS_OF_LIGHT, FACES_OF_LIGHT, COVER, FILTERS, PROGRAMS };
+enum program {
+    PLACE,
+    SIGNS_OF_LIGHT,
+    EDGES_OF_LIGHT,
+    STARTS_OF_LIGHT,
+    FACES_OF_LIGHT,
+    COVER,
+    COVER_SMALL,
+    FILTERS,
+    PROGRAMS
+};
 
-static struct program_desc program_of(bool is_orthographic, enum program program,
+static struct program_desc program_of(bool is_orthographic, bool has_groups, enum program program,
                                       char defines[DEFINES_BYTES])
 {
     static const struct {
         const char *file;
-        bool walks_lists;
+        bool walks_lists, is_in_view, counts, is_small;
     } programs[PROGRAMS] = {
-        [PLACE] = {"volume_place.comp.glsl", true},
-        [EYE] = {"volume_eye.comp.glsl", false},
-        [STARTS_OF_LIGHT] = {"volume_starts.comp.glsl", true},
-        [FACES_OF_LIGHT] = {"volume_faces.comp.glsl", false},
-        [COVER] = {"volume_cover.comp.glsl", false},
-        [FILTERS] = {"volume_filters.comp.glsl", true},
+        [PLACE] = {.file = "volume_place.comp.glsl", .walks_lists = true},
+        [SIGNS_OF_LIGHT] = {.file = "volume_signs.comp.glsl", .is_in_view = true, .counts = true},
+        [EDGES_OF_LIGHT] = {.file = "volume_edges.comp.glsl", .counts = true},
+        [STARTS_OF_LIGHT] = {.file = "volume_starts.comp.glsl",
+                             .walks_lists = true,
+                             .is_in_view = true},
+        [FACES_OF_LIGHT] = {.file = "volume_faces.comp.glsl", .is_in_view = true, .counts = true},
+        [COVER] = {.file = "volume_cover.comp.glsl", .is_in_view = true},
+        [COVER_SMALL] = {.file = "volume_cover.comp.glsl", .is_in_view = true, .is_small = true},
+        [FILTERS] = {.file = "volume_filters.comp.glsl", .walks_lists = true, .counts = true},
     };
-    const char *lists = light_lists_technique_defines(VIEW_LIGHT_LISTS_CLUSTERED);
-    bool is_flat = is_orthographic && program != PLACE && program != FILTERS;
-    snprintf(defines, DEFINES_BYTES, "%s%s%s", programs[program].walks_lists ? lists : "",
-             programs[program].walks_lists && is_flat ? " " : "", is_flat ? "IS_ORTHOGRAPHIC" : "");
+    const char *const words[] = {
+        programs[program].walks_lists ? light_lists_technique_defines(VIEW_LIGHT_LISTS_CLUSTERED)
+                                      : NULL,
+        programs[program].is_in_view && is_orthographic ? "IS_ORTHOGRAPHIC" : NULL,
+        programs[program].counts && has_groups ? "HAS_GROUPS" : NULL,
+        programs[program].is_small ? "IS_SMALL" : NULL,
+    };
+    size_t used = 0;
+    defines[0] = '\0';
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        if (words[i])
+            used += (size_t)snprintf(defines + used, DEFINES_BYTES - used, "%s%s", used ? " " : "",
+                                     words[i]);
     return (struct program_desc){.label = programs[program].file,
                                  .compute = programs[program].file,
                                  .defines = defines[0] ? defines : NULL};
 }
 
-static void list_programs(const struct window_frame *frame, struct program_list *list)
+static void list_programs_of(const struct window_frame *frame, bool has_groups,
+                             struct program_list *list)
 {
     for (int i = 0; i < PROGRAMS; i++) {
         char defines[DEFINES_BYTES];
         const struct program_desc desc =
-            program_of(frame->camera->is_orthographic, (enum program)i, defines);
+            program_of(frame->camera->is_orthographic, has_groups, (enum program)i, defines);
         program_list_add(list, "shadow.volumes", &desc, true);
     }
 }
 
-static const struct gl_program *use(const struct shadow_chunk *chunk, enum program program,
-                                    struct error *err)
+static void list_programs(const struct window_frame *frame, struct program_list *list)
 {
-    char defines[DEFINES_BYTES];
-    const struct program_desc desc =
-        program_of(chunk->frame->camera->is_orthographic, program, defines);
-    const struct gl_program *found = program_cache_get(chunk->frame->programs, &desc, err);
-    if (found)
-        gl_program_use(found);
-    return found;
+    list_programs_of(frame, false, list);
+}
+
+static void list_counting_programs(const struct window_frame *frame, struct program_list *list)
+{
+    list_programs_of(frame, true, list);
 }
 
 /* ---- a light ---- */
@@ -335,7 +161,22 @@ struct light_pass {
     float at[4]; /* view space, homogeneous */
     float eye;   /* u_eye of volume.glsl */
     uint32_t stride;
+    uint32_t first_group; /* of those that are counted */
+    uint32_t edges;       /* of the silhouette */
 };
+
+static const struct gl_program *use(const struct light_pass *pass, enum program program,
+                                    struct error *err)
+{
+    char defines[DEFINES_BYTES];
+    const struct window_frame *frame = pass->chunk->frame;
+    const struct program_desc desc = program_of(frame->camera->is_orthographic,
+                                                pass->volumes->group_count > 0, program, defines);
+    const struct gl_program *found = program_cache_get(frame->programs, &desc, err);
+    if (found)
+        gl_program_use(found);
+    return found;
+}
 
 static void place_light(struct light_pass *pass)
 {
@@ -358,18 +199,20 @@ static void bind_geometry(const struct light_pass *pass, const struct gl_program
     static const struct {
         int buffer;
         uint32_t binding;
-    } bound[] = {{VERTICES, BIND_VOLUME_VERTICES}, {EDGES, BIND_VOLUME_EDGES},
-                 {SIDES, BIND_VOLUME_SIDES},       {TRIANGLES, BIND_VOLUME_TRIANGLES},
-                 {WEIGHTS, BIND_VOLUME_WEIGHTS},   {FACES, BIND_VOLUME_FACES},
-                 {SPANS, BIND_VOLUME_SPANS},       {STARTS, BIND_VOLUME_STARTS},
-                 {REACH, BIND_VOLUME_REACH},       {SUMS, BIND_VOLUME_SUMS},
-                 {COUNTERS, BIND_STATISTICS}};
+    } bound[] = {{BUFFER_VERTICES, BIND_VOLUME_VERTICES}, {BUFFER_EDGES, BIND_VOLUME_EDGES},
+                 {BUFFER_SIDES, BIND_VOLUME_SIDES},       {BUFFER_TRIANGLES, BIND_VOLUME_TRIANGLES},
+                 {BUFFER_WEIGHTS, BIND_VOLUME_WEIGHTS},   {BUFFER_FACES, BIND_VOLUME_FACES},
+                 {BUFFER_SPANS, BIND_VOLUME_SPANS},       {BUFFER_STARTS, BIND_VOLUME_STARTS},
+                 {BUFFER_SMALL, BIND_VOLUME_SMALL},       {BUFFER_TILES, BIND_VOLUME_TILES},
+                 {BUFFER_SIGNS, BIND_VOLUME_SIGNS},       {BUFFER_REACH, BIND_VOLUME_REACH},
+                 {BUFFER_SUMS, BIND_VOLUME_SUMS},         {BUFFER_COUNTERS, BIND_STATISTICS}};
     for (size_t i = 0; i < sizeof bound / sizeof *bound; i++)
         gl_buffer_bind_storage(&pass->volumes->buffers[bound[i].buffer], bound[i].binding);
     gl_program_set_f4(program, "u_light", pass->at);
     gl_program_set_f(program, "u_eye", pass->eye);
-    gl_program_set_u(program, "u_reach", pass->light * reach_words(pass->volumes->state));
-    gl_program_set_u(program, "u_edges", (uint32_t)pass->volumes->casters.edge_count);
+    gl_program_set_u(program, "u_reach", pass->light * volumes_reach_words(pass->volumes->state));
+    gl_program_set_u(program, "u_edges", pass->edges);
+    gl_program_set_u(program, "u_first_group", pass->first_group);
 }
 
 static void bind_points(const struct light_pass *pass, const struct gl_program *program)
@@ -379,13 +222,26 @@ static void bind_points(const struct light_pass *pass, const struct gl_program *
     gl_buffer_bind_storage(&traced->points, BIND_TRACED_POINTS);
     gl_buffer_bind_storage(&traced->table, BIND_VOLUME_TABLE);
     gl_buffer_bind_storage(&traced->filters, BIND_VOLUME_FILTERS);
-    gl_buffer_bind_storage(&volumes->buffers[LIGHTS], BIND_VOLUME_LIGHTS);
-    gl_buffer_bind_storage(&volumes->buffers[STARTS], BIND_VOLUME_STARTS);
-    gl_buffer_bind_storage(&volumes->buffers[SUMS], BIND_VOLUME_SUMS);
-    gl_buffer_bind_storage(&volumes->buffers[COUNTERS], BIND_STATISTICS);
+    gl_buffer_bind_storage(&volumes->buffers[BUFFER_LIGHTS], BIND_VOLUME_LIGHTS);
+    gl_buffer_bind_storage(&volumes->buffers[BUFFER_STARTS], BIND_VOLUME_STARTS);
+    gl_buffer_bind_storage(&volumes->buffers[BUFFER_SUMS], BIND_VOLUME_SUMS);
+    gl_buffer_bind_storage(&volumes->buffers[BUFFER_COUNTERS], BIND_STATISTICS);
+    gl_buffer_bind_storage(&volumes->buffers[BUFFER_TILES], BIND_VOLUME_TILES);
+    gl_buffer_bind_storage(&volumes->buffers[BUFFER_GROUPS], BIND_VOLUME_GROUPS);
     light_lists_bind(pass->chunk->lists, program);
     gl_program_set_u(program, "u_points", (uint32_t)traced->window.count);
     gl_program_set_u2(program, "u_light_chunk", pass->chunk->first, pass->chunk->count);
+}
+
+static uint32_t tiles_x(const struct window_frame *frame)
+{
+    return (uint32_t)(frame->window.width + (int)VOLUME_TILE_PX - 1) / (int)VOLUME_TILE_PX;
+}
+
+static uint64_t window_tiles(const struct window_frame *frame)
+{
+    return (uint64_t)tiles_x(frame) *
+           (uint32_t)((frame->window.height + (int)VOLUME_TILE_PX - 1) / (int)VOLUME_TILE_PX);
 }
 
 static void dispatch_points(const struct light_pass *pass)
@@ -396,7 +252,7 @@ static void dispatch_points(const struct light_pass *pass)
 
 static bool place_points(const struct light_pass *pass, struct error *err)
 {
-    const struct gl_program *program = use(pass->chunk, PLACE, err);
+    const struct gl_program *program = use(pass, PLACE, err);
     if (!program)
         return false;
     bind_points(pass, program);
@@ -408,14 +264,18 @@ static bool place_points(const struct light_pass *pass, struct error *err)
 
 static bool start_points(const struct light_pass *pass, struct error *err)
 {
-    const struct gl_program *program = use(pass->chunk, STARTS_OF_LIGHT, err);
+    const struct gl_program *program = use(pass, STARTS_OF_LIGHT, err);
     const struct window_frame *frame = pass->chunk->frame;
     if (!program)
         return false;
+    gl_buffer_clear_u32(&pass->volumes->buffers[BUFFER_TILES], 0, window_tiles(frame) * TILE_BYTES,
+                        0);
     bind_points(pass, program);
+    window_set_view_ray(frame, program);
     gl_program_set_u(program, "u_index", pass->light);
     gl_program_set_u(program, "u_width_px", (uint32_t)frame->window.width);
     gl_program_set_f4(program, "u_light", pass->at);
+    gl_program_set_f(program, "u_eye", pass->eye);
     gl_program_set_f3(
         program, "u_offsets",
         (const float[3]){(float)pass->volumes->nudge_m, 5e-7f,
@@ -424,16 +284,29 @@ static bool start_points(const struct light_pass *pass, struct error *err)
     return true;
 }
 
-static bool sum_eye(const struct light_pass *pass, struct error *err)
+/* The silhouette of the casters, and what light loses on its way to the eye. */
+static bool find_edges(struct light_pass *pass, struct error *err)
 {
-    const struct gl_program *program = use(pass->chunk, EYE, err);
+    const struct volume_casters *casters = &pass->volumes->casters;
+    struct gl_buffer *counters = &pass->volumes->buffers[BUFFER_COUNTERS];
+    const struct gl_program *program = use(pass, SIGNS_OF_LIGHT, err);
+    pass->edges = 0; /* a lost context reads nothing */
     if (!program)
         return false;
-    gl_buffer_clear_u32(&pass->volumes->buffers[COUNTERS], 0, COUNTER_BYTES, 0);
+    gl_buffer_clear_u32(counters, 0, COUNTER_BYTES, 0);
     bind_geometry(pass, program);
-    gl_program_set_u(program, "u_triangles", (uint32_t)pass->volumes->casters.triangle_count);
+    gl_program_set_u(program, "u_triangles", (uint32_t)casters->triangle_count);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    window_dispatch_items(pass->volumes->casters.triangle_count);
+    window_dispatch_items(casters->triangle_count);
+    program = use(pass, EDGES_OF_LIGHT, err);
+    if (!program)
+        return false;
+    bind_geometry(pass, program);
+    gl_program_set_u(program, "u_edge_count", (uint32_t)casters->edge_count);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    window_dispatch_items(casters->edge_count);
+    gpu_timeline_will_wait(pass->chunk->frame->timeline);
+    gl_buffer_read(counters, 4 * VOLUME_EDGES, 4, &pass->edges);
     return true;
 }
 
@@ -445,26 +318,35 @@ static uint32_t span_tiles(const struct traced_shadows *traced)
                                      : (uint32_t)tiles;
 }
 
-/* Finds the spans of some faces, and their number: those that have no room are left out. */
-static bool find_spans(const struct light_pass *pass, uint64_t first, uint64_t end, uint32_t *found,
-                       struct error *err)
+/* What faces cover: spans of tiles, of which those that have no room are left out, and few pixels.
+ */
+struct covered {
+    uint32_t spans, small;
+};
+
+static bool find_spans(const struct light_pass *pass, uint64_t first, uint64_t end,
+                       struct covered *found, struct error *err)
 {
     const struct window_frame *frame = pass->chunk->frame;
     struct volumes *volumes = pass->volumes;
-    const struct gl_program *program = use(pass->chunk, FACES_OF_LIGHT, err);
+    struct gl_buffer *counters = &volumes->buffers[BUFFER_COUNTERS];
+    const struct gl_program *program = use(pass, FACES_OF_LIGHT, err);
     if (!program)
         return false;
-    gl_buffer_clear_u32(&volumes->buffers[COUNTERS], 0, 4, 0);
+    gl_buffer_clear_u32(counters, 0, 4, 0);
+    gl_buffer_clear_u32(counters, 4 * VOLUME_SMALL, 4, 0);
     bind_geometry(pass, program);
     window_set_view_ray(frame, program);
     gl_program_set_u2(program, "u_faces", (uint32_t)first, (uint32_t)end);
     gl_program_set_u(program, "u_room", (uint32_t)volumes->span_room);
     gl_program_set_u(program, "u_span_tiles", span_tiles(pass->traced));
+    gl_program_set_u(program, "u_tiles_x", tiles_x(frame));
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     window_dispatch_items(end - first);
     gpu_timeline_will_wait(frame->timeline);
-    *found = 0; /* a lost context reads nothing */
-    gl_buffer_read(&volumes->buffers[COUNTERS], 0, 4, found);
+    uint32_t words[VOLUME_COUNTERS] = {0}; /* a lost context reads nothing */
+    gl_buffer_read(counters, 0, sizeof words, words);
+    *found = (struct covered){.spans = words[0], .small = words[VOLUME_SMALL]};
     return true;
 }
 
@@ -472,29 +354,33 @@ static bool reserve_spans(struct volumes *volumes, uint64_t spans, struct error 
 {
     if (spans <= volumes->span_room)
         return true;
-    if (!reserve(volumes, SPANS, spans * SPAN_BYTES, false, err))
+    if (!volumes_reserve(volumes, BUFFER_SPANS, spans * SPAN_BYTES, err))
         return false;
-    volumes->span_room = volumes->buffers[SPANS].size_bytes / SPAN_BYTES;
+    volumes->span_room = volumes->buffers[BUFFER_SPANS].size_bytes / SPAN_BYTES;
     return true;
 }
 
-static bool cover(const struct light_pass *pass, uint32_t spans, struct error *err)
+/* program: COVER, whose groups take a span each, or COVER_SMALL, whose invocations take a face. */
+static bool cover(const struct light_pass *pass, enum program which, uint32_t count,
+                  struct error *err)
 {
     const struct window_frame *frame = pass->chunk->frame;
     const struct traced_shadows *traced = pass->traced;
-    const struct gl_program *program = use(pass->chunk, COVER, err);
+    const struct gl_program *program = use(pass, which, err);
     if (!program)
         return false;
     bind_geometry(pass, program);
+    if (which == COVER_SMALL)
+        gl_buffer_bind_storage(&pass->volumes->buffers[BUFFER_SMALL], BIND_VOLUME_SPANS);
     gl_buffer_bind_storage(&traced->heads, BIND_TRACED_HEADS);
     gl_buffer_bind_storage(traced->layer_ends ? traced->layer_ends : &traced->heads,
                            BIND_VOLUME_ENDS);
     gl_program_set_u2(program, "u_size_px", (uint32_t)frame->window.width,
                       (uint32_t)frame->window.height);
-    gl_program_set_u(program, "u_spans", spans);
+    gl_program_set_u(program, "u_spans", count);
     gl_program_set_u(program, "u_layers", (uint32_t)traced->window.layer_count);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    window_dispatch_items((uint64_t)spans * 64);
+    window_dispatch_items(which == COVER ? (uint64_t)count * 64 : count);
     return true;
 }
 
@@ -503,23 +389,25 @@ static bool cross_faces(const struct light_pass *pass, struct error *err)
 {
     struct volumes *volumes = pass->volumes;
     uint64_t most = gl_limits_block(pass->chunk->frame->limits, SPAN_BYTES);
-    uint64_t count = volumes->casters.edge_count + volumes->casters.triangle_count, taken = count;
+    uint64_t count = pass->edges + volumes->casters.triangle_count, taken = count;
     for (uint64_t first = 0; first < count;) {
         uint64_t end = first + taken < count ? first + taken : count;
-        uint32_t spans;
-        if (!find_spans(pass, first, end, &spans, err))
+        struct covered found;
+        if (!find_spans(pass, first, end, &found, err))
             return false;
-        if (spans > most && end - first > 1) {
+        if (found.spans > most && end - first > 1) {
             taken = (end - first) / 2;
             continue;
         }
-        if (spans > volumes->span_room) {
-            if (!reserve_spans(volumes, spans, err) || !find_spans(pass, first, end, &spans, err))
+        if (found.spans > volumes->span_room) {
+            if (!reserve_spans(volumes, found.spans, err) ||
+                !find_spans(pass, first, end, &found, err))
                 return false;
         }
-        if (spans > volumes->most_spans)
-            volumes->most_spans = spans;
-        if (spans && !cover(pass, spans, err))
+        if (found.spans > volumes->most_spans)
+            volumes->most_spans = found.spans;
+        if ((found.spans && !cover(pass, COVER, found.spans, err)) ||
+            (found.small && !cover(pass, COVER_SMALL, found.small, err)))
             return false;
         first = end;
     }
@@ -528,10 +416,11 @@ static bool cross_faces(const struct light_pass *pass, struct error *err)
 
 static bool write_filters(const struct light_pass *pass, struct error *err)
 {
-    const struct gl_program *program = use(pass->chunk, FILTERS, err);
+    const struct gl_program *program = use(pass, FILTERS, err);
     if (!program)
         return false;
     bind_points(pass, program);
+    gl_program_set_u(program, "u_first_group", pass->first_group);
     dispatch_points(pass);
     return true;
 }
@@ -539,8 +428,14 @@ static bool write_filters(const struct light_pass *pass, struct error *err)
 static bool find_light(struct light_pass *pass, struct error *err)
 {
     place_light(pass);
-    return sum_eye(pass, err) && start_points(pass, err) && cross_faces(pass, err) &&
-           write_filters(pass, err);
+    pass->first_group = 0;
+    do {
+        if (!find_edges(pass, err) || !start_points(pass, err) || !cross_faces(pass, err) ||
+            !write_filters(pass, err))
+            return false;
+        pass->first_group += VOLUME_BATCH;
+    } while (pass->first_group < pass->volumes->group_count);
+    return true;
 }
 
 static bool find_lights(struct light_pass *pass, struct error *err)
@@ -565,13 +460,19 @@ static bool find(struct traced_shadows *traced, const struct shadow_chunk *chunk
     struct light_pass pass = {.traced = traced, .volumes = volumes, .chunk = chunk};
     uint64_t points = traced->window.count;
     uint64_t faces = volumes->casters.edge_count + volumes->casters.triangle_count;
+    uint64_t tiles = window_tiles(chunk->frame);
+    volumes->most_tiles = tiles > volumes->most_tiles ? tiles : volumes->most_tiles;
     pass.stride = chunk->count < clusters->longest ? chunk->count : clusters->longest;
     *filter_count = points * pass.stride;
     if (!traced_shadows_reserve(traced, *filter_count, err) ||
-        !reserve(volumes, STARTS, points * START_BYTES, false, err) ||
-        !reserve(volumes, SUMS, points * SUM_BYTES, false, err) ||
-        !reserve(volumes, FACES, faces * FACE_BYTES, false, err) ||
-        !reserve(volumes, COUNTERS, COUNTER_BYTES, false, err) ||
+        !volumes_reserve(volumes, BUFFER_STARTS, points * START_BYTES, err) ||
+        !volumes_reserve(volumes, BUFFER_SUMS, points * SUM_BYTES, err) ||
+        !volumes_reserve(volumes, BUFFER_FACES, faces * VOLUME_FACE_BYTES, err) ||
+        !volumes_reserve(volumes, BUFFER_SIGNS, volumes->casters.triangle_count * SIGN_BYTES,
+                         err) ||
+        !volumes_reserve(volumes, BUFFER_SMALL, faces * SPAN_BYTES, err) ||
+        !volumes_reserve(volumes, BUFFER_TILES, tiles * TILE_BYTES, err) ||
+        !volumes_reserve(volumes, BUFFER_COUNTERS, COUNTER_BYTES, err) ||
         !reserve_spans(volumes, SPANS_FIRST, err))
         return false;
     gpu_scope_begin(chunk->frame->timeline,
@@ -590,12 +491,14 @@ static uint64_t frame_bytes(const struct volumes *volumes)
     const struct volume_casters *casters = &volumes->casters;
     const struct scene_state *state = volumes->state;
     return casters->vertex_count * 4 * sizeof(float) +
-           casters->edge_count * (sizeof *casters->edges + FACE_BYTES) +
-           casters->triangle_count * (sizeof *casters->triangles + FACE_BYTES) +
+           casters->edge_count * (sizeof *casters->edges + VOLUME_FACE_BYTES + SPAN_BYTES) +
+           casters->triangle_count *
+               (sizeof *casters->triangles + SIGN_BYTES + VOLUME_FACE_BYTES + SPAN_BYTES) +
            casters->side_count * sizeof *casters->sides +
            state->item_count * sizeof(struct volume_weight) +
-           state->light_count * sizeof(uint32_t) * (1 + (uint64_t)reach_words(state)) +
-           volumes->most_spans * SPAN_BYTES + COUNTER_BYTES;
+           state->light_count * sizeof(uint32_t) * (1 + (uint64_t)volumes_reach_words(state)) +
+           (volumes->group_count + VOLUME_BATCH) * 4 * sizeof(float) +
+           volumes->most_tiles * TILE_BYTES + volumes->most_spans * SPAN_BYTES + COUNTER_BYTES;
 }
 
 static void report(const struct traced_shadows *traced, const struct shadow_report *report)
@@ -613,7 +516,7 @@ static void free_buffers(struct traced_shadows *traced)
 {
     struct volumes *volumes = traced->own;
     bool is_in_frame = volumes && volumes->is_shadowed; /* whose windows need the casters */
-    for (int i = is_in_frame ? FACES : VERTICES; volumes && i < BUFFERS; i++)
+    for (int i = is_in_frame ? BUFFER_FACES : BUFFER_VERTICES; volumes && i < VOLUME_BUFFERS; i++)
         gl_buffer_finish(&volumes->buffers[i]);
     if (!volumes)
         return;
@@ -633,16 +536,18 @@ static void finish(struct traced_shadows *traced)
     traced->own = NULL;
 }
 
+#define FUNCTIONS                                                                               \
+    .point_bytes = START_BYTES + SUM_BYTES, .begin = begin, .filters = filters, .room = room,   \
+    .find = find, .report = report, .end = end, .size_bytes = size_bytes, .free = free_buffers, \
+    .finish = finish
+
 const struct shadow_finder shadow_finder_volume = {
-    .point_bytes = START_BYTES + SUM_BYTES,
-    .begin = begin,
-    .filters = filters,
-    .room = room,
-    .find = find,
-    .report = report,
+    FUNCTIONS,
     .list_programs = list_programs,
-    .end = end,
-    .size_bytes = size_bytes,
-    .free = free_buffers,
-    .finish = finish,
+};
+
+/* Casters are counted by their filters. */
+const struct shadow_finder shadow_finder_silhouette = {
+    FUNCTIONS,
+    .list_programs = list_counting_programs,
 };

@@ -71,6 +71,7 @@ struct shadow_finder {
     void (*finish)(struct traced_shadows *traced); /* frees traced->own, which may be NULL */
 };
 
-extern const struct shadow_finder shadow_finder_rays, shadow_finder_area, shadow_finder_volume;
+extern const struct shadow_finder shadow_finder_rays, shadow_finder_area, shadow_finder_volume,
+    shadow_finder_silhouette;
 
 #endif

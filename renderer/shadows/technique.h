@@ -125,7 +125,8 @@ struct shadow_method {
 extern const struct shadow_structure shadow_structure_map, shadow_structure_deep,
     shadow_structure_linked, shadow_structure_rays, shadow_structure_translucent,
     shadow_structure_stochastic, shadow_structure_colored, shadow_structure_composited,
-    shadow_structure_area, shadow_structure_volume, shadow_structure_moments;
+    shadow_structure_area, shadow_structure_volume, shadow_structure_moments,
+    shadow_structure_silhouette;
 extern const struct shadow_method shadow_method_map, shadow_method_deep, shadow_method_rays;
 
 /* Opaque casters, drawn for the structure of every light. */

@@ -21,7 +21,8 @@ const struct shadow_pass shadow_depth_pass = {
     METHOD(rays)               \
     METHOD(translucent)        \
     METHOD(stochastic)         \
-    METHOD(colored) METHOD(composited) METHOD(area) METHOD(volume) METHOD(moments)
+    METHOD(colored)            \
+    METHOD(composited) METHOD(area) METHOD(volume) METHOD(moments) METHOD(silhouette)
 
 #define DECLARE(name) extern const struct shadow_method shadow_method_##name;
 SHADOW_METHODS(DECLARE)
@@ -37,7 +38,7 @@ const struct shadow_structure *shadow_structure_at(size_t index)
         &shadow_structure_map,     &shadow_structure_deep,        &shadow_structure_linked,
         &shadow_structure_rays,    &shadow_structure_translucent, &shadow_structure_stochastic,
         &shadow_structure_colored, &shadow_structure_composited,  &shadow_structure_area,
-        &shadow_structure_volume,  &shadow_structure_moments};
+        &shadow_structure_volume,  &shadow_structure_moments,     &shadow_structure_silhouette};
     return index < sizeof structures / sizeof *structures ? structures[index] : NULL;
 }
 

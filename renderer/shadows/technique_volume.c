@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* `volume`: shadow volumes of transparent and opaque casters, for every surface and layer of a
- * window (finder_volume.c). */
+ * window (finder_volume.c). `silhouette`: the same volumes, whose faces count whole casters of each
+ * filter. */
 #include "renderer/shadows/caster_filter.h"
 #include "renderer/shadows/shadow_finder.h"
 #include "renderer/shadows/technique.h"
@@ -24,6 +25,11 @@ static const struct shadow_trial trials[] = {
     {.name = NULL},
 };
 
+static const struct shadow_trial silhouette_trials[] = {
+    {"silhouette", {.shadows = SHADOWS_SILHOUETTE}},
+    {.name = NULL},
+};
+
 const struct shadow_structure shadow_structure_volume = {
     .scope = SHADOW_PER_WINDOW,
     .passes = passes,
@@ -37,3 +43,17 @@ const struct shadow_method shadow_method_volume = {.id = SHADOWS_VOLUME,
                                                    .wants = shadow_wants_any,
                                                    .fits = fits,
                                                    .instead = &shadow_method_rays};
+
+const struct shadow_structure shadow_structure_silhouette = {
+    .scope = SHADOW_PER_WINDOW,
+    .passes = passes,
+    .trials = silhouette_trials,
+    .forecast = forecast_add_volumes,
+    .finder = &shadow_finder_silhouette,
+};
+
+const struct shadow_method shadow_method_silhouette = {.id = SHADOWS_SILHOUETTE,
+                                                       .structure = &shadow_structure_silhouette,
+                                                       .wants = shadow_wants_any,
+                                                       .fits = fits,
+                                                       .instead = &shadow_method_rays};

@@ -187,7 +187,7 @@ static bool add_item(struct building *building, const struct scene_state *state,
 /* ---- edges ---- */
 
 struct half_edge {
-    uint32_t low, high, opposite, side;
+    uint32_t low, high, opposite, triangle;
 };
 
 static int compare(const void *a, const void *b)
@@ -199,7 +199,7 @@ static int compare(const void *a, const void *b)
         return x->high < y->high ? -1 : 1;
     if (x->opposite != y->opposite)
         return x->opposite < y->opposite ? -1 : 1;
-    return x->side < y->side ? -1 : x->side > y->side;
+    return x->triangle < y->triangle ? -1 : x->triangle > y->triangle;
 }
 
 static bool find_edges(struct volume_casters *casters, struct error *err)
@@ -214,9 +214,9 @@ static bool find_edges(struct volume_casters *casters, struct error *err)
     }
     for (size_t i = 0; i < casters->triangle_count; i++) {
         const uint32_t *t = casters->triangles[i];
-        halves[3 * i] = (struct half_edge){t[0], t[1], t[2], t[3]};
-        halves[3 * i + 1] = (struct half_edge){t[0], t[2], t[1], t[3]};
-        halves[3 * i + 2] = (struct half_edge){t[1], t[2], t[0], t[3]};
+        halves[3 * i] = (struct half_edge){t[0], t[1], t[2], (uint32_t)i};
+        halves[3 * i + 1] = (struct half_edge){t[0], t[2], t[1], (uint32_t)i};
+        halves[3 * i + 2] = (struct half_edge){t[1], t[2], t[0], (uint32_t)i};
     }
     qsort(halves, count, sizeof *halves, compare);
     for (size_t i = 0; i < count; i++) {
@@ -230,7 +230,7 @@ static bool find_edges(struct volume_casters *casters, struct error *err)
         }
         casters->edges[casters->edge_count - 1][3]++;
         casters->sides[i][0] = half->opposite;
-        casters->sides[i][1] = half->side;
+        casters->sides[i][1] = half->triangle;
     }
     casters->side_count = count;
     free(halves);
@@ -278,4 +278,12 @@ struct volume_weight volume_weight_of(const struct scene_state *state,
             weight.log2[k] = (uint32_t)rint(-log2(fmin(filter[k], 1)) * (1 << VOLUME_WEIGHT_BITS));
     }
     return weight;
+}
+
+double volume_weight_filter(const struct volume_weight *weight, int channel)
+{
+    if (channel > 2)
+        return 1;
+    return weight->stops >> channel & 1 ? 0
+                                        : exp2(-ldexp(weight->log2[channel], -VOLUME_WEIGHT_BITS));
 }

@@ -14,8 +14,8 @@ struct volume_casters {       /* zeroed: none */
     struct content_key key;   /* of all that it was made of */
     double (*vertices)[3];    /* owned, as all of these; world */
     uint32_t (*edges)[4];     /* low vertex, high vertex, first side, their number */
-    uint32_t (*sides)[2];     /* of an edge: the vertex opposite; the item's number in the state */
-    uint32_t (*triangles)[4]; /* vertices; likewise */
+    uint32_t (*sides)[2];     /* of an edge: the vertex opposite; the triangle */
+    uint32_t (*triangles)[4]; /* vertices; the item's number in the state */
     size_t vertex_count, edge_count, side_count, triangle_count;
 };
 
@@ -35,5 +35,7 @@ struct volume_weight {
 /* item: of those that caster_filter_is_even knows. */
 struct volume_weight volume_weight_of(const struct scene_state *state,
                                       const struct state_item *item, enum view_blend_filter blend);
+/* Of a channel, 0 to 2: the transmittance that it stands for. Of another: 1. */
+double volume_weight_filter(const struct volume_weight *weight, int channel);
 
 #endif

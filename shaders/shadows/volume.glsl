@@ -3,7 +3,8 @@
 // Casters Using Shadow Volume" (docs/explanation/shading.md, "Shadow volumes"). The volume of a
 // triangle is what the light sees behind it. Between the eye and a point the faces of volumes are
 // crossed: light caps, which are the triangles, and side faces, which go from an edge away from the
-// light. Needs: IS_ORTHOGRAPHIC.
+// light. Needs: IS_ORTHOGRAPHIC; HAS_GROUPS: casters are counted by their filters, and weights are
+// numbers of groups.
 //
 // Points are homogeneous, in view space; the light at infinity has w = 0, and so has the eye of an
 // orthographic camera. Signs of determinants decide all, and are taken of the same numbers in the
@@ -15,18 +16,33 @@ layout(std430, binding = BIND_VOLUME_VERTICES) readonly buffer vertex_buffer { v
 uniform vec4 u_light;
 uniform float u_eye; // orthographic: 1: the way begins before all that is seen; -1: behind it
 
-// Of the plane through three points: P lies on the side that the sign of dot(plane, P) says, which
-// is that of the determinant of P, a, b, c.
-dvec4 volume_plane(vec4 a, vec4 b, vec4 c)
+#include "shadows/exact_sign.glsl"
+
+// The sign of the determinant of p, a, b, c: on which side of the plane through the last three, of
+// which a is a vertex, the first one is. By floats where they can tell: the bound is that of
+// Shewchuk's ORIENT3D (exact_sign.glsl), rounded up.
+// 0: they cannot.
+int volume_side_by_floats(vec4 p, vec4 a, vec4 b, vec4 c)
 {
-    dvec4 p = dvec4(a), q = dvec4(b), r = dvec4(c);
-    return dvec4(determinant(dmat3(p.yzw, q.yzw, r.yzw)), -determinant(dmat3(p.xzw, q.xzw, r.xzw)),
-                 determinant(dmat3(p.xyw, q.xyw, r.xyw)), -determinant(dmat3(p.xyz, q.xyz, r.xyz)));
+    vec3 u = p.xyz - p.w * a.xyz, v = b.xyz - b.w * a.xyz, w = c.xyz - c.w * a.xyz;
+    vec3 left = v.yzx * w.zxy, right = v.zxy * w.yzx;
+    float found = dot(u, left - right), most = dot(abs(u), abs(left) + abs(right));
+    return abs(found) > 1e-6 * most && most > 1e-30 ? (found > 0.0 ? 1 : -1) : 0;
 }
 
-int volume_sign(double x)
+int volume_side(vec4 p, vec4 a, vec4 b, vec4 c)
 {
-    return x > 0.0LF ? 1 : x < 0.0LF ? -1 : 0;
+    int found = volume_side_by_floats(p, a, b, c);
+    return found != 0 ? found : exact_sign_of_products(vec4[](p, a, b, c));
+}
+
+vec4 volume_eye()
+{
+#ifdef IS_ORTHOGRAPHIC
+    return vec4(0.0, 0.0, u_eye, 0.0);
+#else
+    return vec4(0.0, 0.0, 0.0, 1.0);
+#endif
 }
 
 // On which side of the plane through three points the eye is; in the plane, it is taken for a hair
@@ -34,22 +50,16 @@ int volume_sign(double x)
 int volume_side_of_eye(vec4 a, vec4 b, vec4 c)
 {
 #ifdef IS_ORTHOGRAPHIC
-    int found = volume_sign(
-        double(u_eye) * determinant(dmat3(dvec3(a.xyw), dvec3(b.xyw), dvec3(c.xyw))));
+    vec4 hairs[4] = vec4[](volume_eye(), vec4(1.0, 0.0, 0.0, 0.0),
+                             vec4(0.0, 1.0, 0.0, 0.0), vec4(0.0, 0.0, 0.0, 1.0));
 #else
-    int found =
-        -volume_sign(determinant(dmat3(dvec3(a.xyz), dvec3(b.xyz), dvec3(c.xyz))));
+    vec4 hairs[4] = vec4[](volume_eye(), vec4(1.0, 0.0, 0.0, 0.0),
+                             vec4(0.0, 1.0, 0.0, 0.0), vec4(0.0, 0.0, 1.0, 0.0));
 #endif
-    if (found != 0)
-        return found;
-    dvec4 plane = volume_plane(a, b, c);
-    found = volume_sign(plane.x);
-    found = found != 0 ? found : volume_sign(plane.y);
-#ifdef IS_ORTHOGRAPHIC
-    return found != 0 ? found : volume_sign(plane.w);
-#else
-    return found != 0 ? found : volume_sign(plane.z);
-#endif
+    int found = 0;
+    for (int i = 0; i < 4 && found == 0; i++)
+        found = volume_side(hairs[i], a, b, c);
+    return found;
 }
 
 vec4 volume_vertex(uint i)
@@ -57,22 +67,8 @@ vec4 volume_vertex(uint i)
     return vec4(vertices[i].xyz, 1.0);
 }
 
-// On which side of a triangle of sorted vertices the light is; 0: in its plane, where it casts no
-// shadow.
-int volume_side_of_light(uvec3 v)
-{
-    dvec3 a = dvec3(vertices[v.x].xyz), b = dvec3(vertices[v.y].xyz), c = dvec3(vertices[v.z].xyz);
-    dvec4 l = dvec4(u_light);
-    return volume_sign(determinant(dmat3(l.xyz - l.w * a, b - a, c - a)));
-}
-
-// On which side of the plane through a sorted edge and the light the eye is.
-int volume_side_of_edge(uvec2 edge)
-{
-    return volume_side_of_eye(volume_vertex(edge.x), volume_vertex(edge.y), u_light);
-}
-
-// What light loses to triangles: of the items of renderer/shadows/volume_casters.h.
+// What light loses to triangles: of the items of renderer/shadows/volume_casters.h. With groups:
+// which of six groups of casters of one filter is met.
 struct volume_loss {
     ivec3 log2;
     ivec3 stops;
@@ -87,8 +83,19 @@ bool volume_is_reached(uint item)
     return (reached[u_reach + (item >> 5)] >> (item & 31u) & 1u) != 0u;
 }
 
+#ifdef HAS_GROUPS
+uniform uint u_first_group;
+
+volume_loss volume_loss_of(uint item)
+{
+    uint group = weights[item].x - u_first_group;
+    ivec3 low = ivec3(equal(uvec3(group), uvec3(0u, 1u, 2u)));
+    return volume_loss(low, ivec3(equal(uvec3(group), uvec3(3u, 4u, 5u))));
+}
+#else
 volume_loss volume_loss_of(uint item)
 {
     uvec4 w = weights[item];
     return volume_loss(ivec3(w.xyz), ivec3(w.w & 1u, w.w >> 1 & 1u, w.w >> 2 & 1u));
 }
+#endif

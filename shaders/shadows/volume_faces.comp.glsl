@@ -1,59 +1,31 @@
 // SPDX-License-Identifier: MIT
-// The faces of shadow volumes, an invocation each: what a way from the eye that crosses the face
-// gains or loses, and the tiles of the window that it may be seen in, as spans of tiles. Nothing of
-// edges whose triangles cancel. Needs: those of volume.glsl.
+// The faces of shadow volumes, an invocation each: on which side the eye is, and the part of the
+// window that the face may be seen in before points: a few pixels, or spans of tiles. Needs: those
+// of volume.glsl.
 #include "shadows/volume.glsl"
 layout(local_size_x = 64) in;
 #include "shadows/volume_faces.glsl"
-layout(std430, binding = BIND_VOLUME_FACES) writeonly buffer face_buffer { volume_face faces[]; };
+#include "shadows/volume_window.glsl"
+layout(std430, binding = BIND_VOLUME_FACES) buffer face_buffer { volume_face faces[]; };
 layout(std430, binding = BIND_VOLUME_SPANS) writeonly buffer span_buffer { uvec2 spans[]; };
 layout(std430, binding = BIND_STATISTICS) buffer counter_buffer { uint counters[]; };
-layout(std430, binding = BIND_VOLUME_SIDES) readonly buffer side_buffer { uvec2 sides[]; };
+layout(std430, binding = BIND_VOLUME_SMALL) writeonly buffer small_buffer { uvec2 small[]; };
+layout(std430, binding = BIND_VOLUME_TILES) readonly buffer tile_buffer { uint tiles[]; };
+layout(std430, binding = BIND_VOLUME_SIGNS) readonly buffer sign_buffer { int signs[]; };
 uniform uvec2 u_faces;       // the first of them, and the end
 uniform uint u_room;         // for spans
 uniform uint u_span_tiles;   // the longest span
-uniform vec4 u_window;       // view-plane x, y = xy + zw * (pixel of the image + sub-pixel offset)
-uniform uvec2 u_window_first;
+uniform uint u_tiles_x;      // of a row
 
-// ---- what it counts ----
-
-// Of `count` triangles from the first side on, or of one, which is the face itself.
-volume_face count_of(bool is_side, uvec4 of)
+// What a triangle counts.
+volume_face cap_of(uint triangle)
 {
-    volume_face f = volume_face(ivec3(0), 0, ivec3(0), 0);
-    uint end = is_side ? of.z + of.w : 1u;
-    for (uint i = is_side ? of.z : 0u; i < end; i++) {
-        uvec2 side = is_side ? sides[i] : of.zw;
-        uint o = side.x;
-        bool is_between = is_side && o > of.x && o < of.y;
-        uvec3 sorted = o < of.x     ? uvec3(o, of.xy)
-                       : is_between ? uvec3(of.x, o, of.y)
-                                    : uvec3(of.xy, o);
-        if (!volume_is_reached(side.y))
-            continue;
-        int light = volume_side_of_light(sorted);
-        if (light == 0)
-            continue;
-        volume_loss loss = volume_loss_of(side.y);
-        int sign = is_between ? -light : light;
-        f.log2 += sign * loss.log2;
-        f.stops += sign * loss.stops;
-    }
-    return f;
+    volume_loss loss = volume_loss_of(triangles[triangle].w);
+    int sign = signs[triangle];
+    return volume_face(sign * loss.log2, 0, sign * loss.stops, 0u);
 }
 
 // ---- where it is seen ----
-
-const float BORDER = 2.0; // pixels: positions are rounded
-
-float height_of(vec4 a)
-{
-#ifdef IS_ORTHOGRAPHIC
-    return a.w;
-#else
-    return -a.z;
-#endif
-}
 
 // The outline before the eye: five segments at the most, where it is cut there.
 vec4 begins[5], ends[5];
@@ -86,11 +58,6 @@ void find_outline(vec4 a, vec4 b, vec4 c, vec4 d, float least)
     is_there[4] = cut_count > 1;
     begins[4] = cuts[0];
     ends[4] = cuts[1];
-}
-
-vec2 pixel_of(vec4 a)
-{
-    return (a.xy / height_of(a) - u_window.xy) / u_window.zw - vec2(u_window_first);
 }
 
 // How far a point is above a row of pixels, times its height.
@@ -126,14 +93,25 @@ vec2 columns_within(vec2 rows)
     return found;
 }
 
-vec2 all_rows()
+// Its pixels along an axis.
+vec2 extent(int axis)
 {
     vec2 found = vec2(1e9, -1e9);
     for (int i = 0; i < 5; i++) {
-        vec2 y = vec2(pixel_of(begins[i]).y, pixel_of(ends[i]).y);
+        vec2 x = vec2(pixel_of(begins[i])[axis], pixel_of(ends[i])[axis]);
         if (is_there[i])
-            found = vec2(min(found.x, min(y.x, y.y)), max(found.y, max(y.x, y.y)));
+            found = vec2(min(found.x, min(x.x, x.y)), max(found.y, max(x.x, x.y)));
     }
+    return found;
+}
+
+// How far ways have come at least where they cross it.
+float nearest_depth()
+{
+    float found = 1e30;
+    for (int i = 0; i < 5; i++)
+        if (is_there[i])
+            found = min(found, min(depth_of(begins[i]), depth_of(ends[i])));
     return found;
 }
 
@@ -147,24 +125,58 @@ void add_spans(uint face, uint row, uint first, uint end)
     }
 }
 
-// Only where points are that the light gets to.
-void find_spans(uint face)
+// The tiles of a row with points that the light gets to, some of them behind the face.
+void find_row(uint face, uint row, uvec2 columns, uint least)
+{
+    uint begin = columns.x;
+    for (uint column = columns.x; column <= columns.y; column++) {
+        if (column < columns.y && tiles[row * u_tiles_x + column] > least)
+            continue;
+        if (begin < column)
+            add_spans(face, row, begin, column);
+        begin = column + 1u;
+    }
+}
+
+// One that covers few pixels.
+void add_small(uint face, uvec2 begin, uvec2 size, uint least)
+{
+    bool is_behind = true;
+    for (uint i = 0u; i < 9u; i++) { // tiles: three at most for 15 pixels
+        uvec2 at = begin + min(uvec2(i % 3u, i / 3u) * VOLUME_TILE_PX, size - 1u);
+        uvec2 tile = at / VOLUME_TILE_PX;
+        is_behind = is_behind && tiles[tile.y * u_tiles_x + tile.x] <= least;
+    }
+    if (!is_behind)
+        small[atomicAdd(counters[VOLUME_SMALL], 1u)] = uvec2(face, volume_small_box(begin, size));
+}
+
+void find_spans(uint face, float nearest)
 {
     uvec2 first = ~uvec2(counters[VOLUME_FIRST_PIXEL], counters[VOLUME_FIRST_PIXEL + 1u]);
     uvec2 end = uvec2(counters[VOLUME_END_PIXEL], counters[VOLUME_END_PIXEL + 1u]);
     if (any(greaterThanEqual(first, end)))
         return;
-    vec2 first_tile = vec2(first / VOLUME_TILE_PX);
-    vec2 end_tile = vec2((end + VOLUME_TILE_PX - 1u) / VOLUME_TILE_PX);
+    // positions are rounded: a hundredth of a pixel is ten times what that makes in 4096
+    float border = uintBitsToFloat(counters[VOLUME_BORDER]) + 0.01;
+    vec2 x = extent(0) + vec2(-border, border), y = extent(1) + vec2(-border, border);
+    vec2 low = max(ceil(vec2(x.x, y.x) - 0.5), vec2(first));
+    vec2 high = min(floor(vec2(x.y, y.y) + 0.5), vec2(end)); // past the last
+    if (any(greaterThanEqual(low, high)))
+        return;
+    uint least = volume_order(nearest);
+    uvec2 begin = uvec2(low), size = uvec2(high) - begin;
+    if (max(size.x, size.y) <= VOLUME_SMALL_SIDE_PX && size.x * size.y <= VOLUME_SMALL_PIXELS) {
+        add_small(face, begin, size, least);
+        return;
+    }
     const float side = float(VOLUME_TILE_PX);
-    vec2 rows = (all_rows() + vec2(-BORDER, BORDER)) / side;
-    rows = clamp(rows, first_tile.yy, end_tile.yy);
-    for (uint row = uint(rows.x); row < uint(ceil(rows.y)); row++) {
-        vec2 columns = columns_within(side * vec2(row, row + 1u) + vec2(-BORDER, BORDER));
-        columns = clamp((columns + vec2(-BORDER, BORDER)) / side, first_tile.xx, end_tile.xx);
-        uint column = uint(columns.x), column_end = uint(ceil(columns.y));
-        if (column < column_end)
-            add_spans(face, row, column, column_end);
+    vec2 all = vec2(floor(low.x / side), ceil(high.x / side));
+    uint row_end = (uint(high.y) + VOLUME_TILE_PX - 1u) / VOLUME_TILE_PX;
+    for (uint row = begin.y / VOLUME_TILE_PX; row < row_end; row++) {
+        vec2 columns = columns_within(side * vec2(row, row + 1u) + vec2(-border, border));
+        columns = clamp((columns + vec2(-border, border)) / side, all.xx, all.yy);
+        find_row(face, row, uvec2(columns.x, ceil(columns.y)), least);
     }
 }
 
@@ -186,24 +198,23 @@ void main()
     if (i >= u_faces.y)
         return;
     bool is_side = i < u_edges;
-    uvec4 of = is_side ? edges[i] : triangles[i - u_edges];
-    volume_face f = count_of(is_side, of);
-    bool counts = f.log2 != ivec3(0) || f.stops != ivec3(0);
+    volume_face f = is_side ? faces[i] : cap_of(i - u_edges);
+    if (f.log2 == ivec3(0) && f.stops == ivec3(0))
+        return;
+    uvec3 of = is_side ? uvec3(edges[f.edge].xy, 0u) : triangles[i - u_edges].xyz;
     vec4 a = volume_vertex(of.x), b = volume_vertex(of.y);
     vec4 c = is_side ? u_light : volume_vertex(of.z);
-    if (counts) {
-        f.side = volume_side_of_eye(a, b, c);
-        f.log2 *= f.side;
-        f.stops *= f.side;
-    }
+    f.side = volume_side_of_eye(a, b, c);
     faces[i] = f;
     if (f.side == 0)
         return;
+    float size = max(size_of(a), size_of(b));
 #ifdef IS_ORTHOGRAPHIC
     const float least = 1e-6; // of vertices at infinity
 #else
-    float least = 1e-5 * max(size_of(a), size_of(b));
+    float least = 1e-5 * size;
 #endif
     find_outline(a, b, is_side ? away(b) : c, is_side ? away(a) : c, least);
-    find_spans(i);
+    // where ways cross it is rounded
+    find_spans(i, nearest_depth() - 1e-4 * (is_side ? size : max(size, size_of(c))));
 }

@@ -11,7 +11,10 @@ layout(std430, binding = BIND_VOLUME_STARTS) writeonly buffer start_buffer { vec
 layout(std430, binding = BIND_VOLUME_SUMS) writeonly buffer sum_buffer { int sums[]; };
 layout(std430, binding = BIND_VOLUME_LIGHTS) readonly buffer light_buffer { uint is_shadowed[]; };
 layout(std430, binding = BIND_STATISTICS) buffer counter_buffer { uint counters[]; };
+layout(std430, binding = BIND_VOLUME_TILES) buffer tile_buffer { uint tiles[]; };
 uniform uint u_index; // of the light
+uniform float u_eye;  // of volume.glsl
+#include "shadows/volume_window.glsl"
 uniform uint u_width_px;
 uniform vec4 u_light;
 uniform vec3 u_offsets; // [m]: of the scene; of the distance; a pixel's width, there or at 1 m
@@ -58,7 +61,8 @@ void main()
         return;
     shadow_point p = points[i];
     uint place = (p.flags & SHADOW_POINT_UNLIT) != 0u ? 0u : place_of(table[i].y);
-    starts[i] = vec4(leave(p), float(place));
+    vec4 start = vec4(leave(p), 1.0);
+    starts[i] = vec4(start.xyz, float(place));
     for (uint k = 0u; k < 6u; k++)
         sums[6u * i + k] = 0;
     if (place == 0u)
@@ -69,4 +73,10 @@ void main()
         atomicMax(counters[VOLUME_FIRST_PIXEL + k], ~pixel[k]);
         atomicMax(counters[VOLUME_END_PIXEL + k], pixel[k] + 1u);
     }
+    vec2 aside = abs(pixel_of(start) - (vec2(pixel) + 0.5));
+    float border = height_of(start) > 0.0 ? min(max(aside.x, aside.y), 1e6) : 1e6;
+    atomicMax(counters[VOLUME_BORDER], floatBitsToUint(border));
+    uvec2 tile = pixel / VOLUME_TILE_PX;
+    uint tiles_x = (u_width_px + VOLUME_TILE_PX - 1u) / VOLUME_TILE_PX;
+    atomicMax(tiles[tile.y * tiles_x + tile.x], volume_order(depth_of(start)));
 }

@@ -65,15 +65,19 @@
 #define BIND_VOLUME_VERTICES 2   /* vec4, view space */
 #define BIND_VOLUME_EDGES 3      /* uvec4: vertices, first side, sides */
 #define BIND_VOLUME_LIGHTS 3     /* u32 per light: 1 where it is shadowed; by points */
-#define BIND_VOLUME_SIDES 4      /* uvec2: vertex opposite, VOLUME_SIDE */
-#define BIND_VOLUME_TRIANGLES 5  /* uvec4: vertices, VOLUME_SIDE */
-#define BIND_VOLUME_WEIGHTS 6    /* uvec4, two per item: struct volume_weight */
-#define BIND_VOLUME_FACES 7      /* struct volume_face, of edges and then of triangles */
+#define BIND_VOLUME_SIDES 4      /* uvec2: vertex opposite, triangle */
+#define BIND_VOLUME_TRIANGLES 5  /* uvec4: vertices, item */
+#define BIND_VOLUME_SIGNS 11     /* i32 per triangle: on which side the light is */
+#define BIND_VOLUME_WEIGHTS 6    /* uvec4 per item: struct volume_weight, or its group */
+#define BIND_VOLUME_GROUPS 6     /* vec4 per group: its filter; by points */
+#define BIND_VOLUME_FACES 7      /* struct volume_face, of silhouettes and then of triangles */
 #define BIND_VOLUME_SPANS 8      /* uvec2: face, tiles */
 #define BIND_VOLUME_STARTS 9     /* vec4 per point: off its surface, and the light's filter */
 #define BIND_VOLUME_SUMS 10      /* i32, six per point */
 #define BIND_VOLUME_ENDS 13      /* u32 per pixel: end of its layers; while faces are crossed */
 #define BIND_VOLUME_REACH 13     /* u32: bits of items; while faces are made */
+#define BIND_VOLUME_TILES 12     /* u32 per tile: depth, volume_window.glsl; likewise */
+#define BIND_VOLUME_SMALL 15     /* uvec2: face, pixels; while faces are made and crossed */
 #define BIND_VOLUME_FILTERS 15   /* uvec2 */
 #define BIND_VISIBILITY 11       /* while surfaces are lit: uvec2 per point and lobe */
 #define BIND_STATISTICS 14       /* counters read back by the report */
@@ -97,7 +101,12 @@
  */
 #define VOLUME_FIRST_PIXEL 7u
 #define VOLUME_END_PIXEL 9u
-#define VOLUME_COUNTERS 11
+/* How far a way's end is seen from its pixel's middle, at most: bits of a float [px]. */
+#define VOLUME_BORDER 11u
+#define VOLUME_SMALL 12u /* faces of a few pixels; */
+#define VOLUME_EDGES 13u /* those whose triangles do not cancel */
+#define VOLUME_COUNTERS 14
+#define VOLUME_TILE_PX 8u
 
 /* words of the statistics of a window's layers; before: how many there are, and of one pixel */
 #define STATISTICS_PEELING 2 /* set where a pixel may have more layers than are peeled */

@@ -116,6 +116,7 @@ bool suite_smoke(struct bench *bench, struct error *err);
 bool suite_grids(struct bench *bench, struct error *err);
 bool suite_traced(struct bench *bench, struct error *err);
 bool suite_techniques(struct bench *bench, struct error *err);
+bool suite_silhouettes(struct bench *bench, struct error *err);
 bool suite_skin(struct bench *bench, struct error *err);
 bool suite_import(struct bench *bench, struct error *err);
 bool suite_targets(struct bench *bench, struct error *err);

@@ -36,6 +36,8 @@ static const struct suite suites[] = {
     {"traced", "ray traced pictures against a bare ray tracer on Embree", suite_traced},
     {"techniques", "each shadow technique against the number of translucent quads",
      suite_techniques},
+    {"silhouettes", "shadow volumes, maps and rays against the triangles of a grid of spheres",
+     suite_silhouettes},
     {"skin", "skinned vertices per second, and one figure that moves in a scene that stands",
      suite_skin},
     {"import", "one mesh plain, by meshopt and by Draco: speed, memory, the decoders alone",

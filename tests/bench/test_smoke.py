@@ -66,8 +66,9 @@ class CommandLine(unittest.TestCase):
         names = [line.split()[0] for line in run("list").stdout.splitlines()]
         self.assertEqual(["lights", "deep", "both", "layers", "demo", "draws", "raytrace",
                           "foliage", "forecast", "auto", "linear", "standing", "ahead",
-                          "environment", "smoke", "grids", "traced", "techniques", "skin",
-                          "import", "targets", "scaling", "promises", "farm", "live"], names)
+                          "environment", "smoke", "grids", "traced", "techniques",
+                          "silhouettes", "skin", "import", "targets", "scaling", "promises",
+                          "farm", "live"], names)
 
     def test_the_import_states_speed_and_memory_beside_the_decoders(self):
         done = run("import", "--quick", "--json")
@@ -120,6 +121,14 @@ class CommandLine(unittest.TestCase):
                                           for part in ("total", "shadow", "shading"))
                 self.assertAlmostEqual(total, shadow + shading, places=3)  # rounded
                 self.assertGreater(min(total, shading), 0)
+
+    def test_shadow_volumes_state_times_beside_maps_and_rays(self):
+        done = run("silhouettes", "--quick", "--json", "--size", "64x48", "--seconds", "1")
+        self.assertEqual(0, done.returncode, done.stderr)
+        checks = {(c["subject"], c["name"]): c["value"] for c in json.loads(done.stdout)["checks"]}
+        for technique in ("map", "volume", "silhouette", "raytraced-shadows"):
+            for triangles in ("2402 triangles", "4802 triangles"):
+                self.assertGreater(checks[triangles, f"{technique}: total, cpu ms"], 0)
 
     def test_one_figure_that_moves_builds_the_shadow_that_it_casts(self):
         done = run("skin", "--quick", "--json", "--size", "64x36", "--seconds", "1")

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Shadow volumes in closed form: what is left of a light on a floor is the product of the filters
- * of the triangles on its way, whatever their edges have in common, wherever the eye is. */
+/* Shadow volumes, and silhouettes, in closed form: what is left of a light on a floor is the
+ * product of the filters of the triangles on its way, whatever their edges have in common, wherever
+ * the eye is. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -22,8 +23,13 @@ struct triangle {
     int color; /* of `colors` */
 };
 
-static const double colors[][3] = {{0.5, 0.25, 1}, {0.75, 0.5, 0.125}, {0.3, 1, 0.6}, {0, 0, 0}};
-enum { COLORS = 4, OPAQUE = 3 };
+static const double colors[][3] = {
+    {0.5, 0.25, 1}, {0.75, 0.5, 0.125}, {0.3, 1, 0.6}, {0, 0, 0}, {0.96, 0.9, 1}};
+enum { COLORS = 5, OPAQUE = 3, FAINT = 4 };
+
+/* Of one picture after the other. */
+static const enum shadow_technique techniques[] = {SHADOWS_VOLUME, SHADOWS_SILHOUETTE};
+enum { TECHNIQUES = 2 };
 
 struct soup {
     struct triangle triangles[TRIANGLES_MAX];
@@ -134,7 +140,7 @@ static int is_between(const struct triangle *t, const double p[3], const double 
 }
 
 struct answer {
-    int compared, counts[8]; /* by the number of triangles on the way */
+    int compared, counts[64]; /* by the number of triangles on the way */
 };
 
 /* Whether triangles are before the point as the eye sees it. */
@@ -175,7 +181,7 @@ static void expect(const struct soup *soup, const struct view *view, const doubl
             expected[k] *= colors[soup->triangles[i].color][k];
     }
     answer->compared++;
-    answer->counts[count < 8 ? count : 7]++;
+    answer->counts[count < 63 ? count : 63]++;
     for (int k = 0; k < 3; k++)
         if (fabs((double)ratio[k] - expected[k]) > tolerance)
             fail_msg("%s: channel %d at (%g, %g) is %.7g instead of %.7g", name, k, point[0],
@@ -204,21 +210,14 @@ static const struct view_light lights[] = {
     {.type = SCENE_LIGHT_DIRECTIONAL, .direction = {0.9, -0.2, 0.8}},
 };
 
-static void check_view(struct renderer *renderer, const struct rig_scene *rig,
-                       const struct soup *soup, struct view *view, const char *name,
-                       struct answer *answer)
+static void compare(const struct soup *soup, const struct view *view, const struct image *open,
+                    const struct image *dark, const char *name, struct answer *answer)
 {
-    struct frame dark;
-    view->quality.shadows = SHADOWS_NONE;
-    struct image open = shoot_color(renderer, rig, view);
-    view->quality.shadows = SHADOWS_VOLUME;
-    shoot(renderer, rig, view, &dark);
-    assert_true(report_has_pass(&dark.report, "shadow.volumes", "volume"));
     for (int i = 0; i < SIDE_PX * SIDE_PX; i++) {
         double point[3];
         int x = i % SIDE_PX, y = i / SIDE_PX;
-        const float *before = image_pixel_f32(&open, x, y);
-        const float *after = image_pixel_f32(&dark.outputs[VIEW_OUTPUT_COLOR], x, y);
+        const float *before = image_pixel_f32(open, x, y);
+        const float *after = image_pixel_f32(dark, x, y);
         if (!view_meet_plane(view, x, y, (double[]){0, 1, 0}, 0, point) || fabs(point[0]) > 3 ||
             fabs(point[2]) > 3 || before[0] < 1e-2f)
             continue;
@@ -227,8 +226,24 @@ static void check_view(struct renderer *renderer, const struct rig_scene *rig,
             ratio[k] = before[k] > 0 ? after[k] / before[k] : 0;
         expect(soup, view, point, ratio, name, answer);
     }
+}
+
+static void check_view(struct renderer *renderer, const struct rig_scene *rig,
+                       const struct soup *soup, struct view *view, const char *name,
+                       struct answer *answer)
+{
+    view->quality.shadows = SHADOWS_NONE;
+    struct image open = shoot_color(renderer, rig, view);
+    for (int i = 0; i < TECHNIQUES; i++) {
+        struct frame dark;
+        const char *technique = shadow_technique_name((int)techniques[i]);
+        view->quality.shadows = techniques[i];
+        shoot(renderer, rig, view, &dark);
+        assert_true(report_has_pass(&dark.report, "shadow.volumes", technique));
+        compare(soup, view, &open, &dark.outputs[VIEW_OUTPUT_COLOR], name, answer);
+        frame_finish(&dark);
+    }
     image_finish(&open);
-    frame_finish(&dark);
 }
 
 /* The same of all eyes and lights; returns how many points had so many triangles before them. */
@@ -310,6 +325,115 @@ static void edges_may_have_any_triangles(void **state)
     assert_true(answer.counts[1] > 500 && answer.counts[2] > 500);
 }
 
+/* More than a counter of 32 coincident faces could tell, some of them turned. */
+static void an_edge_may_have_forty_triangles(void **state)
+{
+    struct soup soup = {.count = 0};
+    const double a[3] = {-0.6, 1, -0.1}, b[3] = {0.6, 1.1, 0.1};
+    for (int i = 0; i < 40; i++) {
+        const double c[3] = {0.01 * i - 0.2, 1 + 0.002 * i, 0.6};
+        add(&soup, FAINT, i % 3 ? a : b, i % 3 ? b : a, c);
+    }
+    struct answer answer = check(*state, &soup, "edge of forty");
+    int many = 0;
+    for (int i = 33; i <= 40; i++)
+        many += answer.counts[i];
+    assert_true(many > 500);
+}
+
+/* Half a turn along the strip, so that no side of it is the outer one. */
+static void a_strip_of_moebius_casts_its_shadow(void **state)
+{
+    struct soup soup = {.count = 0};
+    enum { STEPS = 24 };
+    double rims[STEPS + 1][2][3];
+    for (int i = 0; i <= STEPS; i++)
+        for (int side = 0; side < 2; side++) {
+            double turn = 6.283185307179586 * i / STEPS, half = side ? 0.2 : -0.2;
+            double out = 0.6 + half * cos(turn / 2);
+            const double at[3] = {out * cos(turn), 1.2 + half * sin(turn / 2), out * sin(turn)};
+            memcpy(rims[i][side], at, sizeof at);
+        }
+    memcpy(rims[STEPS][0], rims[0][1], sizeof rims[0][1]); /* to the bit */
+    memcpy(rims[STEPS][1], rims[0][0], sizeof rims[0][0]);
+    for (int i = 0; i < STEPS; i++) {
+        add(&soup, i % 5 ? 1 : OPAQUE, rims[i][0], rims[i][1], rims[i + 1][0]);
+        add(&soup, i % 5 ? 1 : OPAQUE, rims[i][1], rims[i + 1][1], rims[i + 1][0]);
+    }
+    struct answer answer = check(*state, &soup, "strip of Moebius");
+    assert_true(answer.counts[1] > 500);
+}
+
+/* Neighbours whose edges are not shared: what is beside the seams is counted as ever. */
+static void edges_may_end_within_others(void **state)
+{
+    struct soup soup = {.count = 0};
+    const double a[3] = {-0.5, 1, 0}, b[3] = {0.5, 1, 0}, between[3] = {0.1, 1, 0};
+    add(&soup, 0, a, b, (double[]){0, 1.1, -0.6});
+    add(&soup, 0, a, between, (double[]){-0.2, 0.9, 0.5});
+    add(&soup, 0, between, b, (double[]){0.3, 0.9, 0.5});
+    struct answer answer = check(*state, &soup, "T-junction");
+    assert_true(answer.counts[1] > 500 && answer.counts[2] == 0);
+}
+
+static void add_sphere(struct soup *soup, const double center[3], double radius)
+{
+    enum { AROUND = 6, RINGS = 3 };
+    double p[RINGS + 1][AROUND][3];
+    for (int ring = 0; ring <= RINGS; ring++)
+        for (int i = 0; i < AROUND; i++) {
+            double up = 3.141592653589793 * ring / RINGS, turn = 6.283185307179586 * i / AROUND;
+            double out = ring % RINGS ? radius * sin(up) : 0;
+            const double at[3] = {center[0] + out * cos(turn), center[1] + radius * cos(up),
+                                  center[2] + out * sin(turn)};
+            memcpy(p[ring][i], at, sizeof at);
+        }
+    for (int ring = 0; ring < RINGS; ring++)
+        for (int i = 0; i < AROUND; i++) {
+            int next = (i + 1) % AROUND;
+            if (ring > 0)
+                add(soup, OPAQUE, p[ring][i], p[ring][next], p[ring + 1][i]);
+            if (ring < RINGS - 1)
+                add(soup, OPAQUE, p[ring][next], p[ring + 1][next], p[ring + 1][i]);
+        }
+}
+
+/* Closed bodies, and a light that moves over them: each point of the floor is lit or dark. */
+static void a_grid_of_spheres_has_no_cracks(void **state)
+{
+    enum { FRAMES = 24 };
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    struct soup soup = {.count = 0};
+    struct answer answer = {0};
+    for (int i = 0; i < 9; i++)
+        add_sphere(&soup, (double[]){0.6 * (i % 3 - 1), 0.7, 0.6 * (i / 3 - 1)}, 0.25);
+    build(&soup, &scene);
+    rig_scene_open(&rig, *state, "spheres", scene.glb, scene.size_bytes);
+    for (int i = 0; i < FRAMES; i++) {
+        double turn = 6.283185307179586 * i / FRAMES;
+        struct view_light light = {.type = i % 2 ? SCENE_LIGHT_POINT : SCENE_LIGHT_DIRECTIONAL,
+                                   .position = {1.5 * cos(turn), 2.5, 1.5 * sin(turn)},
+                                   .direction = {cos(turn), -1.2, sin(turn)},
+                                   .color = {1, 1, 1},
+                                   .intensity = i % 2 ? 40 : 3};
+        struct view view = {.width_px = SIDE_PX,
+                            .height_px = SIDE_PX,
+                            .camera = cameras[i % 3],
+                            .lights = &light,
+                            .light_count = 1,
+                            .ignore_scene_lights = true,
+                            .quality = {.samples = 1}};
+        view.camera.kind = VIEW_CAMERA_LOOK_AT;
+        check_view(*state, &rig, &soup, &view, "grid of spheres", &answer);
+    }
+    int dark = answer.compared - answer.counts[0];
+    printf("grid of spheres: %d points, %d of them in shadow\n", answer.compared, dark);
+    assert_true(answer.counts[0] > 5000 && dark > 5000);
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
 /* Its plane runs through the first light, where it casts no shadow. */
 static void a_triangle_in_the_plane_of_the_light_casts_none(void **state)
 {
@@ -344,6 +468,10 @@ int main(void)
         cmocka_unit_test(sheets_multiply_in_two_colors),
         cmocka_unit_test(a_box_counts_twice_from_within_too),
         cmocka_unit_test(edges_may_have_any_triangles),
+        cmocka_unit_test(an_edge_may_have_forty_triangles),
+        cmocka_unit_test(a_strip_of_moebius_casts_its_shadow),
+        cmocka_unit_test(edges_may_end_within_others),
+        cmocka_unit_test(a_grid_of_spheres_has_no_cracks),
         cmocka_unit_test(a_triangle_in_the_plane_of_the_light_casts_none),
         cmocka_unit_test(a_soup_of_triangles_is_exact),
     };

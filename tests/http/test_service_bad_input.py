@@ -32,12 +32,11 @@ def set_at(path, value):
     return changed(change)
 
 
-def planned_shadow_techniques():
-    """The names that the manual of requests says are part of the format and not here yet."""
+def documented_shadow_techniques():
+    """The names that the manual of requests lists for `shadows`."""
     with open(MANUAL, encoding="utf-8") as manual:
-        sentence = re.search(r"The shadow techniques? (.*) (?:is|are) part of the format;",
-                             manual.read())
-    return re.findall(r"`([a-z-]+)`", sentence.group(1))
+        row = re.search(r"^\| `shadows` \| (`auto`.*?) \|", manual.read(), re.MULTILINE)
+    return re.findall(r"`([a-z-]+)`", row.group(1))
 
 
 class BadRequests(support.ServiceTest):
@@ -109,12 +108,16 @@ class BadRequests(support.ServiceTest):
             body = f'{{"scene":"{self.scene}","exposure_ev":{number}}}'.encode()
             self.assertEqual(400, self.post(body).status, number)
 
-    def test_planned_techniques_are_unsupported_and_unknown_scenes_not_found(self):
-        planned = planned_shadow_techniques()
-        self.assertTrue(planned)
-        for name in planned:
+    def test_documented_techniques_are_there_and_unknown_ones_and_scenes_are_not(self):
+        names = documented_shadow_techniques()
+        self.assertIn("silhouette", names)
+        for name in names:
             reply = self.daemon.render(self.scene, quality={"shadows": name})
-            self.assertEqual((422, "unsupported"), (reply.status, reply.code), name)
+            self.assertEqual(200, reply.status, name)
+        reply = self.daemon.render(self.scene, quality={"shadows": "silhouettes"})
+        self.assertEqual((400, "invalid_request", "/quality/shadows"),
+                         (reply.status, reply.code, reply.json()["pointer"]))
+        self.assertIn("silhouette", reply.json()["detail"])
         reply = self.daemon.render(ID)
         self.assertEqual(
             (404, "not_found", "/scene"), (reply.status, reply.code, reply.json()["pointer"])

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Pictures with shadow volumes equal those whose shadows are traced from the same points, whatever
- * is transparent, cut, curved or large; and what frames say of what volumes cannot do. */
+/* Pictures with shadow volumes, and those of silhouettes, equal those whose shadows are traced from
+ * the same points, whatever is transparent, cut, curved or large; and what frames say of what
+ * volumes cannot do. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -17,25 +18,37 @@
 enum { SIDE_PX = 160 };
 
 /* Share of pixels that differ from the picture with traced shadows. */
+static double compare_with(const struct image *traced, enum shadow_technique shadows,
+                           struct renderer *renderer, const struct rig_scene *rig, struct view view,
+                           double tolerance)
+{
+    struct frame frame;
+    const char *technique = shadow_technique_name((int)shadows);
+    view.quality.shadows = shadows;
+    shoot(renderer, rig, &view, &frame);
+    assert_image_is_sound(&frame.outputs[VIEW_OUTPUT_COLOR], 1e6);
+    assert_true(report_has_pass(&frame.report, "shadow.volumes", technique));
+    assert_false(report_has_pass(&frame.report, "shadow.depth", NULL));
+    assert_false(report_has_pass(&frame.report, "raytrace", NULL));
+    double share = image_share_differing(&frame.outputs[VIEW_OUTPUT_COLOR], traced, tolerance, 1);
+    save_picture(&frame.outputs[VIEW_OUTPUT_COLOR], technique);
+    frame_finish(&frame);
+    return share;
+}
+
+/* That of the technique that has more. */
 static double compare(struct renderer *renderer, const struct rig_scene *rig, struct view view,
                       const char *name, double tolerance)
 {
-    struct frame frame;
-    view.quality.shadows = SHADOWS_VOLUME;
-    shoot(renderer, rig, &view, &frame);
-    assert_image_is_sound(&frame.outputs[VIEW_OUTPUT_COLOR], 1e6);
-    assert_true(report_has_pass(&frame.report, "shadow.volumes", "volume"));
-    assert_false(report_has_pass(&frame.report, "shadow.depth", NULL));
-    assert_false(report_has_pass(&frame.report, "raytrace", NULL));
     view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
     struct image traced = shoot_color(renderer, rig, &view);
-    double share = image_share_differing(&frame.outputs[VIEW_OUTPUT_COLOR], &traced, tolerance, 1);
-    printf("%s: %.3f %% of pixels differ by more than %g\n", name, 100 * share, tolerance);
-    save_picture(&frame.outputs[VIEW_OUTPUT_COLOR], "shadow_volumes");
+    double volume = compare_with(&traced, SHADOWS_VOLUME, renderer, rig, view, tolerance);
+    double silhouette = compare_with(&traced, SHADOWS_SILHOUETTE, renderer, rig, view, tolerance);
+    printf("%s: %.3f and %.3f %% of pixels differ by more than %g\n", name, 100 * volume,
+           100 * silhouette, tolerance);
     save_picture(&traced, "shadow_volumes_traced");
-    frame_finish(&frame);
     image_finish(&traced);
-    return share;
+    return volume > silhouette ? volume : silhouette;
 }
 
 static struct view make_view(const char *camera, int samples)

@@ -418,22 +418,6 @@ static void bad_quality(void **state)
     CHECK(refusals);
 }
 
-static void documented_but_unbuilt_techniques_are_unsupported(void **state)
-{
-    (void)state;
-    static const char *const names[] = {"silhouette"};
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-        char json[256];
-        snprintf(json, sizeof json, "{\"scene\":\"" ID "\",\"quality\":{\"shadows\":\"%s\"}}",
-                 names[i]);
-        struct error err = refuse(json, strlen(json));
-        assert_int_equal(err.code, ERROR_UNSUPPORTED);
-        assert_string_equal(err.pointer, "/quality/shadows");
-        assert_non_null(strstr(err.message, names[i]));
-        assert_non_null(strstr(err.message, "auto, none, map, deep, deep-linked, raytraced"));
-    }
-}
-
 static void bad_pictures(void **state)
 {
     (void)state;
@@ -663,7 +647,6 @@ int main(void)
         cmocka_unit_test(requests_that_cannot_be_deep),
         cmocka_unit_test(bad_overrides),
         cmocka_unit_test(bad_quality),
-        cmocka_unit_test(documented_but_unbuilt_techniques_are_unsupported),
         cmocka_unit_test(bad_pictures),
         cmocka_unit_test(too_many_of_anything),
         cmocka_unit_test(nesting_is_bounded_before_parsing),

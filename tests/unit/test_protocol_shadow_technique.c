@@ -19,8 +19,6 @@ static void every_row_has_a_name_of_its_own_and_a_sentence(void **state)
         assert_true(strlen(row->sentence) > 20);
         for (int k = 0; k < i; k++)
             assert_string_not_equal(row->name, shadow_technique_name(k));
-        for (int k = 0; shadow_techniques_planned[k]; k++)
-            assert_string_not_equal(row->name, shadow_techniques_planned[k]);
     }
 }
 
@@ -123,6 +121,7 @@ static void families_follow_from_the_rows(void **state)
         [SHADOWS_RAYTRACED_SHADOWS] = SHADOW_FAMILY_POINTS,
         [SHADOWS_AREA] = SHADOW_FAMILY_POINTS,
         [SHADOWS_VOLUME] = SHADOW_FAMILY_POINTS,
+        [SHADOWS_SILHOUETTE] = SHADOW_FAMILY_POINTS,
     };
     for (size_t i = 0; i < sizeof families / sizeof *families; i++)
         assert_int_equal(shadow_technique_family((enum shadow_technique)i), families[i]);

@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: MIT */
+/* Suite `silhouettes`: time of a frame whose light moves, by shadow volumes, maps and rays, against
+ * the triangles of the grid of 10 x 10 spheres of Lexolights (Peciva). Maps alone are made anew for
+ * that: edges of casters, and the ray tracer's structure, stand. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "glb/shapes.h"
+#include "tests/bench/frames.h"
+#include "tests/support/light_scene.h"
+
+enum { TECHNIQUES = 4, COUNTS = 5, SIDE = 10, RESOLUTION = 2048 };
+
+/* Of a sphere; it has twice as many slices, and 4 n (n - 1) triangles. */
+static const int stack_counts[COUNTS] = {4, 9, 13, 16, 30}, quick_counts[] = {3, 4};
+
+static const enum shadow_technique techniques[TECHNIQUES] = {
+    SHADOWS_MAP, SHADOWS_VOLUME, SHADOWS_SILHOUETTE, SHADOWS_RAYTRACED_SHADOWS};
+
+static const struct view_light lamp = {
+    .type = SCENE_LIGHT_POINT, .position = {3, 9, 2}, .color = {1, 1, 1}, .intensity = 300};
+
+static bool open_scene(struct bench *bench, struct rig_scene *rig, int stacks, struct error *err)
+{
+    struct shape shape = {0};
+    void *glb = NULL;
+    size_t size_bytes;
+    struct glb_builder *builder = glb_builder_create("Spheres", err);
+    if (!builder)
+        return false;
+    int gray = glb_builder_add_material(
+        builder, &(struct glb_material_desc){.base_color = {0.5, 0.5, 0.5, 1}, .roughness = 1});
+    for (int i = 0; i < SIDE * SIDE; i++)
+        shape_add_sphere(&shape,
+                         (double[]){(i % SIDE) - 4.5, 0.6 + 0.1 * (i % 7), (i / SIDE) - 4.5}, 0.35,
+                         2 * stacks, stacks);
+    shape_add_quad(&shape, (double[]){-9, 0, -9}, (double[]){0, 0, 18}, (double[]){18, 0, 0});
+    int mesh = shape_give_mesh(&shape, builder, "Spheres", gray);
+    glb_builder_add_node(builder, &(struct glb_node_desc){.name = "Spheres", .mesh = mesh});
+    bool ok = glb_builder_finish(builder, &glb, &size_bytes, err);
+    glb_builder_destroy(builder);
+    ok = ok && rig_scene_from_glb(rig, bench_renderer(bench), "spheres", glb, size_bytes, err);
+    free(glb);
+    return ok;
+}
+
+static struct view view_of(int technique, const int size[2])
+{
+    return (struct view){.width_px = size[0],
+                         .height_px = size[1],
+                         .outputs = 1u << VIEW_OUTPUT_COLOR,
+                         .camera = {.kind = VIEW_CAMERA_LOOK_AT,
+                                    .eye = {9, 8, 10},
+                                    .target = {0, 0, 0},
+                                    .fov_y_deg = 50},
+                         .lights = &lamp,
+                         .light_count = 1,
+                         .quality = {.shadows = techniques[technique],
+                                     .shadow_resolution = RESOLUTION,
+                                     .samples = 1}};
+}
+
+static void tell(struct bench *bench, const char *subject, const int size[2],
+                 const struct frame_variant *variant)
+{
+    const struct measurement *m = &variant->measurement;
+    bench_result(bench, &(struct result){.scene = "spheres",
+                                         .subject = subject,
+                                         .variant = variant->name,
+                                         .width = size[0],
+                                         .height = size[1],
+                                         .stage = PART_SHADOW,
+                                         .measurement = m});
+    char name[64];
+    snprintf(name, sizeof name, "%s: total, cpu ms", variant->name);
+    bench_check(bench, &(struct check){.scene = "spheres",
+                                       .subject = subject,
+                                       .name = name,
+                                       .value = samples_summary(&m->cpu_ms).median,
+                                       .p = NAN});
+}
+
+static bool run_count(struct bench *bench, int at, int stacks, double (*totals)[COUNTS],
+                      struct error *err)
+{
+    struct frame_variant variants[TECHNIQUES] = {{0}};
+    struct rig_scene rig = {0};
+    int size[2];
+    char subject[32];
+    bench_size(bench, 320, 240, size);
+    snprintf(subject, sizeof subject, "%d triangles", SIDE * SIDE * 4 * stacks * (stacks - 1) + 2);
+    for (int i = 0; i < TECHNIQUES; i++)
+        variants[i] = (struct frame_variant){.name = shadow_technique_name((int)techniques[i]),
+                                             .view = view_of(i, size),
+                                             .rebuilds_shadows = techniques[i] == SHADOWS_MAP};
+    bool ok =
+        open_scene(bench, &rig, stacks, err) && frames_run(bench, &rig, variants, TECHNIQUES, err);
+    for (int i = 0; ok && i < TECHNIQUES; i++) {
+        tell(bench, subject, size, &variants[i]);
+        totals[i][at] = samples_summary(&variants[i].measurement.cpu_ms).median;
+    }
+    frames_finish(variants, TECHNIQUES);
+    rig_scene_finish(&rig, bench_renderer(bench));
+    return ok;
+}
+
+bool suite_silhouettes(struct bench *bench, struct error *err)
+{
+    double totals[TECHNIQUES][COUNTS] = {{0}}, triangles[COUNTS];
+    bool is_quick = bench->options.is_quick;
+    const int *counts = is_quick ? quick_counts : stack_counts;
+    for (int i = 0; i < (is_quick ? 2 : COUNTS); i++) {
+        triangles[i] = SIDE * SIDE * 4.0 * counts[i] * (counts[i] - 1);
+        if (!run_count(bench, i, counts[i], totals, err))
+            return false;
+    }
+    for (int i = 0; !is_quick && i < TECHNIQUES; i++)
+        bench_series(bench, &(struct series){.scene = "spheres",
+                                             .subject = "triangles",
+                                             .name = shadow_technique_name((int)techniques[i]),
+                                             .of = "triangles",
+                                             .unit = "ms",
+                                             .x = triangles,
+                                             .y = totals[i],
+                                             .count = COUNTS,
+                                             .growth = GROWTH_ANY});
+    return true;
+}
