@@ -7,6 +7,7 @@
 #include <pthread.h>
 #include <stdlib.h>
 
+#include "renderer/base/processor_forms.h"
 #include "renderer/base/processors.h"
 #include "renderer/base/wall_clock.h"
 
@@ -128,4 +129,39 @@ void rt_job_camera_ray(const struct rt_job *job, double x, double y, struct rt_r
         ray->t_max = camera->z_far - camera->z_near;
     else
         ray->t_min = camera->z_near; /* direction has unit depth */
+}
+
+PROCESSOR_FORMS static void find_ways(const struct camera *camera, const int size[2],
+                                      const struct rt_camera_places *places,
+                                      double ways[3][RT_CAMERA_RAYS])
+{
+    const struct camera own = *camera;
+    const int width = size[0], height = size[1];
+    for (int i = 0; i < RT_CAMERA_RAYS; i++) {
+        double px = (2 * places->x[i] / width - 1) * own.half_width;
+        double py = (1 - 2 * places->y[i] / height) * own.half_height;
+        for (int k = 0; k < 3; k++)
+            ways[k][i] = own.right[k] * px + own.up[k] * py - own.back[k];
+    }
+}
+
+void rt_job_camera_rays(const struct rt_job *job, const struct rt_camera_places *places, int count,
+                        struct rt_ray *rays)
+{
+    const struct camera *camera = job->desc->camera;
+    const int size[2] = {job->desc->view->width_px, job->desc->view->height_px};
+    _Alignas(64) double ways[3][RT_CAMERA_RAYS];
+    struct rt_ray first;
+    if (camera->is_orthographic) {
+        for (int i = 0; i < count; i++)
+            rt_job_camera_ray(job, places->x[i], places->y[i], &rays[i]);
+        return;
+    }
+    rt_job_camera_ray(job, places->x[0], places->y[0], &first);
+    find_ways(camera, size, places, ways);
+    for (int i = 0; i < count; i++) {
+        rays[i] = first;
+        for (int k = 0; k < 3; k++)
+            rays[i].direction[k] = ways[k][i];
+    }
 }

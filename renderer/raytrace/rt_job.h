@@ -64,6 +64,14 @@ static inline float *rt_job_pixel(const struct rt_job *job, int x, int y)
 /* Camera ray through continuous pixel coordinates of the picture, y down. */
 void rt_job_camera_ray(const struct rt_job *job, double x, double y, struct rt_ray *ray);
 
+/* Such rays side by side, with the same bits. Numbers beyond count are no matter. */
+enum { RT_CAMERA_RAYS = 16 };
+struct rt_camera_places {
+    double x[RT_CAMERA_RAYS], y[RT_CAMERA_RAYS];
+};
+void rt_job_camera_rays(const struct rt_job *job, const struct rt_camera_places *places, int count,
+                        struct rt_ray *rays);
+
 /* Seed of the sequences on area lights: different for neighbouring pixels and samples, the same in
  * every run. */
 static inline uint32_t rt_job_seed(int x, int y, int sample)

@@ -23,9 +23,24 @@ struct rt_seen {
 void rt_pixel_background(const struct view *view, const struct environment_light *environment,
                          const double direction[3], double behind[4]);
 
+static inline bool rt_pixel_are_all(const double values[3], double value)
+{
+    return values[0] == value && values[1] == value && values[2] == value;
+}
+
 /* Ends a sample: its layers have added `layers`, and `through` is how much of `behind` is seen. */
-void rt_pixel_end_sample(struct rt_pixel *pixel, const double layers[3], const double through[3],
-                         const double behind[4]);
+static inline void rt_pixel_end_sample(struct rt_pixel *pixel, const double layers[3],
+                                       const double through[3], const double behind[4])
+{
+    for (int k = 0; k < 3; k++)
+        pixel->color[k] += layers[k] + through[k] * behind[k];
+    pixel->color[3] += 1 - (1 - behind[3]) * (through[0] + through[1] + through[2]) / 3;
+    if (behind[3] == 0 && rt_pixel_are_all(through, 1) && rt_pixel_are_all(layers, 0))
+        return;
+    for (int k = 0; k < 3; k++)
+        pixel->behind[k] += through[k] * (1 - behind[3]);
+    pixel->covered += 1;
+}
 
 /* The same for one that was followed to its end. */
 void rt_pixel_end_seen(struct rt_pixel *pixel, const struct rt_seen *seen);

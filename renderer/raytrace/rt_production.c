@@ -28,6 +28,7 @@ struct shared { /* by all threads, read only */
 struct tracer { /* one thread's */
     struct rt_job *job;
     const struct shared *shared;
+    struct rt_camera_places places;
     struct rt_packet packet;
     struct rt_batch batch;
     uint64_t camera_rays;
@@ -61,15 +62,17 @@ static bool trace_pixels(struct tracer *tracer, const int (*pixels)[2], int coun
     int rays = count * shared->samples;
     for (int first = 0; first < rays; first += RT_LANES) {
         int pixels_of[RT_LANES], samples_of[RT_LANES], pixel = first / shared->samples;
+        struct rt_camera_places *places = &tracer->places;
         packet->count = rays - first < RT_LANES ? rays - first : RT_LANES;
         for (int lane = 0, s = first % shared->samples; lane < packet->count; lane++, s++) {
             if (s == shared->samples)
                 s = 0, pixel++;
             pixels_of[lane] = pixel;
             samples_of[lane] = s;
-            rt_job_camera_ray(tracer->job, pixels[pixel][0] + shared->positions[s][0],
-                              pixels[pixel][1] + shared->positions[s][1], &packet->rays[lane]);
+            places->x[lane] = pixels[pixel][0] + shared->positions[s][0];
+            places->y[lane] = pixels[pixel][1] + shared->positions[s][1];
         }
+        rt_job_camera_rays(tracer->job, places, packet->count, packet->rays);
         rt_packet_collect(packet);
         for (int lane = 0; lane < packet->count; lane++) {
             int s = samples_of[lane];
