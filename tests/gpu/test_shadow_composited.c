@@ -205,6 +205,28 @@ static void meshes_beside_each_other_share_a_partition(void **state)
     pane_scene_finish(&panes);
 }
 
+/* Pairs of more would take seconds to compare. */
+static void more_meshes_than_the_limit_are_refused(void **state)
+{
+    (void)state;
+    const double no_eye[3] = {0, 0, 0};
+    const struct view_quality quality = asked(SHADOWS_COMPOSITED, false);
+    struct pane_scene panes = {0};
+    struct error err = {0};
+    for (int i = 0; i <= (int)SHADOW_PARTITION_MESHES_MAX; i++)
+        pane_scene_add(&panes, &(struct pane){.center = {0.1 * (i % 64) - 3.2, 2,
+                                                         0.1 * (double)(i / 64) - 3.2},
+                                              .u = {0.04, 0, 0},
+                                              .v = {0, 0, 0.04},
+                                              .color = {0.5f, 0.5f, 0.5f}});
+    assert_false(shadow_rig_prepare(&rig, &panes, shadow_rig_lamps, SHADOW_RIG_LAMPS, no_eye,
+                                    &quality, &err));
+    assert_int_equal(err.code, ERROR_UNSUPPORTED);
+    assert_string_equal(err.message, "light 0: 4097 transparent meshes, the limit of composited "
+                                     "shadows is 4096");
+    pane_scene_finish(&panes);
+}
+
 static void more_partitions_than_the_limit_are_one_with_a_warning(void **state)
 {
     (void)state;
@@ -292,6 +314,7 @@ int main(void)
         cmocka_unit_test(scattered_panes_agree_with_the_model_from_few_partitions),
         cmocka_unit_test(a_mesh_casts_no_shadow_on_itself),
         cmocka_unit_test(meshes_beside_each_other_share_a_partition),
+        cmocka_unit_test(more_meshes_than_the_limit_are_refused),
         cmocka_unit_test(more_partitions_than_the_limit_are_one_with_a_warning),
         cmocka_unit_test(meshes_that_cross_are_told_of),
         cmocka_unit_test(a_map_that_stands_is_reused_and_its_memory_is_told),
