@@ -58,34 +58,31 @@ static void place_samples(struct shared *shared, int samples)
 static bool trace_pixels(struct tracer *tracer, const int (*pixels)[2], int count)
 {
     const struct shared *shared = tracer->shared;
+    struct rt_camera_places *places = &tracer->places;
     struct rt_packet *packet = &tracer->packet;
     int rays = count * shared->samples;
     for (int first = 0; first < rays; first += RT_LANES) {
-        int pixels_of[RT_LANES], samples_of[RT_LANES], pixel = first / shared->samples;
-        struct rt_camera_places *places = &tracer->places;
+        struct rt_sample samples[RT_LANES];
+        int pixel = first / shared->samples, s = first % shared->samples;
         packet->count = rays - first < RT_LANES ? rays - first : RT_LANES;
-        for (int lane = 0, s = first % shared->samples; lane < packet->count; lane++, s++) {
-            if (s == shared->samples)
+        for (int lane = 0; lane < packet->count; lane++) {
+            samples[lane] = (struct rt_sample){.x = pixels[pixel][0],
+                                               .y = pixels[pixel][1],
+                                               .index = s,
+                                               .part = shared->parts[s],
+                                               .place = shared->positions[s],
+                                               .ray = &packet->rays[lane],
+                                               .hits = &packet->hits[lane]};
+            places->x[lane] = samples[lane].x + shared->positions[s][0];
+            places->y[lane] = samples[lane].y + shared->positions[s][1];
+            if (++s == shared->samples)
                 s = 0, pixel++;
-            pixels_of[lane] = pixel;
-            samples_of[lane] = s;
-            places->x[lane] = pixels[pixel][0] + shared->positions[s][0];
-            places->y[lane] = pixels[pixel][1] + shared->positions[s][1];
         }
         rt_job_camera_rays(tracer->job, places, packet->count, packet->rays);
         rt_packet_collect(packet);
-        for (int lane = 0; lane < packet->count; lane++) {
-            int s = samples_of[lane];
-            struct rt_sample sample = {.x = pixels[pixels_of[lane]][0],
-                                       .y = pixels[pixels_of[lane]][1],
-                                       .index = s,
-                                       .part = shared->parts[s],
-                                       .place = shared->positions[s],
-                                       .ray = &packet->rays[lane],
-                                       .hits = &packet->hits[lane]};
-            if (!rt_batch_add(&tracer->batch, &sample))
+        for (int lane = 0; lane < packet->count; lane++)
+            if (!rt_batch_add(&tracer->batch, &samples[lane]))
                 return false;
-        }
     }
     tracer->camera_rays += (uint64_t)rays;
     return true;
