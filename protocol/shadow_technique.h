@@ -51,66 +51,71 @@ enum shadow_parameter {
  *
  * ROW(id, name on the wire, enum shadow_can, enum shadow_parameter, distance, words of a candidate,
  * one sentence) */
-#define SHADOW_TECHNIQUES(ROW)                                                                    \
-    ROW(AUTO, "auto",                                                                             \
-        SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_REFERENCE |     \
-            SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE | SHADOW_CAN_GRIDS,                   \
-        SHADOW_HAS_ALL, 0, NULL,                                                                  \
-        "the faster by forecast: rays, or deep where a light has a transparent caster, else map") \
-    ROW(NONE, "none", SHADOW_CAN_BE_SMOOTH | SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE, 0,  \
-        1, NULL, "no shadows: every light passes everything")                                     \
-    ROW(MAP, "map", SHADOW_CAN_BE_SMOOTH | SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE,       \
-        SHADOW_HAS_MAP, 3, NULL,                                                                  \
-        "one depth per texel (Williams 1978); transparent casters cast none")                     \
-    ROW(DEEP, "deep",                                                                             \
-        SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA | SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE,    \
-        SHADOW_HAS_MAP | SHADOW_HAS_LISTS, 0, "rasterised",                                       \
-        "every transmittance event of a texel, sorted, in one contiguous list; exact")            \
-    ROW(DEEP_LINKED, "deep-linked",                                                               \
-        SHADOW_CAN_GLASS | SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE, SHADOW_HAS_MAP, 4,    \
-        NULL, "linked lists sorted on insertion (Lindbeck 2015), for comparison")                 \
-    ROW(RAYTRACED, "raytraced",                                                                   \
-        SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_REFERENCE |     \
-            SHADOW_CAN_MANY_SAMPLES | SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE |           \
-            SHADOW_CAN_GRIDS,                                                                     \
-        SHADOW_HAS_AREA_SAMPLES, 1, "ray traced",                                                 \
-        "rays on the CPU (Embree), no maps: the ground truth that the others are compared with")  \
-    ROW(RAYTRACED_SHADOWS, "raytraced-shadows",                                                   \
-        SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_ATMOSPHERE,     \
-        SHADOW_HAS_AREA_SAMPLES, 1, "with traced shadows",                                        \
-        "rasterised surfaces and layers; rays on the CPU for the shadow of each light, no maps")  \
-    ROW(TRANSLUCENT, "translucent",                                                               \
-        SHADOW_CAN_COLOR | SHADOW_CAN_FILTER | SHADOW_CAN_BE_SMOOTH | SHADOW_CAN_LINKED_LISTS |   \
-            SHADOW_CAN_ATMOSPHERE,                                                                \
-        SHADOW_HAS_MAP, 4, NULL,                                                                  \
-        "the nearest transparent depth and one colour per texel (Filion and McNaughton 2008)")    \
-    ROW(STOCHASTIC, "stochastic",                                                                 \
-        SHADOW_CAN_FILTER | SHADOW_CAN_LAYERS | SHADOW_CAN_INSIDE | SHADOW_CAN_LINKED_LISTS |     \
-            SHADOW_CAN_ATMOSPHERE,                                                                \
-        SHADOW_HAS_MAP, 4, NULL,                                                                  \
-        "four depths per texel that casters take by chance (Enderton et al. 2010); grey, noisy")  \
-    ROW(COLORED_STOCHASTIC, "colored-stochastic",                                                 \
-        SHADOW_CAN_COLOR | SHADOW_CAN_FILTER | SHADOW_CAN_LAYERS | SHADOW_CAN_INSIDE |            \
-            SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE,                                      \
-        SHADOW_HAS_MAP, 4, NULL,                                                                  \
-        "a depth for each colour of a texel, by chance (McGuire and Enderton 2011); noisy")       \
-    ROW(COMPOSITED, "composited",                                                                 \
-        SHADOW_CAN_COLOR | SHADOW_CAN_FILTER | SHADOW_CAN_LAYERS | SHADOW_CAN_BE_SMOOTH |         \
-            SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE,                                      \
-        SHADOW_HAS_MAP, 4, NULL,                                                                  \
-        "a translucent map for each partition of the meshes (Modisett 2023)")                     \
-    ROW(AREA, "area", SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS,               \
-        SHADOW_HAS_AREA_SAMPLES, 4, NULL,                                                         \
-        "triangles rasterised onto each light's samples at every point, on the GPU (Wang et al. " \
-        "2014)")                                                                                  \
-    ROW(VOLUME, "volume", SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA, 0, 4, NULL,                        \
-        "shadow volumes that add what surfaces take away (Kim, Kim and Turk); sharp, no maps")    \
-    ROW(MOMENTS, "moments",                                                                       \
-        SHADOW_CAN_COLOR | SHADOW_CAN_FILTER | SHADOW_CAN_LAYERS | SHADOW_CAN_INSIDE |            \
-            SHADOW_CAN_BE_SMOOTH | SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE,               \
-        SHADOW_HAS_MAP, 4, NULL,                                                                  \
-        "four moments of absorbance per texel and colour; two surfaces exact, more approximate")  \
-    ROW(SILHOUETTE, "silhouette", SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA, 0, 4, NULL,                \
+#define SHADOW_TECHNIQUES(ROW)                                                                     \
+    ROW(AUTO, "auto",                                                                              \
+        SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_REFERENCE |      \
+            SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE | SHADOW_CAN_GRIDS,                    \
+        SHADOW_HAS_ALL, 0, NULL,                                                                   \
+        "the faster by forecast: rays, or deep where a light has a transparent caster, else map")  \
+    ROW(NONE, "none",                                                                              \
+        SHADOW_CAN_BE_SMOOTH | SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE | SHADOW_CAN_GRIDS, \
+        0, 1, NULL, "no shadows: every light passes everything")                                   \
+    ROW(MAP, "map",                                                                                \
+        SHADOW_CAN_BE_SMOOTH | SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE | SHADOW_CAN_GRIDS, \
+        SHADOW_HAS_MAP, 3, NULL,                                                                   \
+        "one depth per texel (Williams 1978); transparent casters cast none")                      \
+    ROW(DEEP, "deep",                                                                              \
+        SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA | SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE |    \
+            SHADOW_CAN_GRIDS,                                                                      \
+        SHADOW_HAS_MAP | SHADOW_HAS_LISTS, 0, "rasterised",                                        \
+        "every transmittance event of a texel, sorted, in one contiguous list; exact")             \
+    ROW(DEEP_LINKED, "deep-linked",                                                                \
+        SHADOW_CAN_GLASS | SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE | SHADOW_CAN_GRIDS,     \
+        SHADOW_HAS_MAP, 4, NULL,                                                                   \
+        "linked lists sorted on insertion (Lindbeck 2015), for comparison")                        \
+    ROW(RAYTRACED, "raytraced",                                                                    \
+        SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_REFERENCE |      \
+            SHADOW_CAN_MANY_SAMPLES | SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE |            \
+            SHADOW_CAN_GRIDS,                                                                      \
+        SHADOW_HAS_AREA_SAMPLES, 1, "ray traced",                                                  \
+        "rays on the CPU (Embree), no maps: the ground truth that the others are compared with")   \
+    ROW(RAYTRACED_SHADOWS, "raytraced-shadows",                                                    \
+        SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_ATMOSPHERE,      \
+        SHADOW_HAS_AREA_SAMPLES, 1, "with traced shadows",                                         \
+        "rasterised surfaces and layers; rays on the CPU for the shadow of each light, no maps")   \
+    ROW(TRANSLUCENT, "translucent",                                                                \
+        SHADOW_CAN_COLOR | SHADOW_CAN_FILTER | SHADOW_CAN_BE_SMOOTH | SHADOW_CAN_LINKED_LISTS |    \
+            SHADOW_CAN_ATMOSPHERE | SHADOW_CAN_GRIDS,                                              \
+        SHADOW_HAS_MAP, 4, NULL,                                                                   \
+        "the nearest transparent depth and one colour per texel (Filion and McNaughton 2008)")     \
+    ROW(STOCHASTIC, "stochastic",                                                                  \
+        SHADOW_CAN_FILTER | SHADOW_CAN_LAYERS | SHADOW_CAN_INSIDE | SHADOW_CAN_LINKED_LISTS |      \
+            SHADOW_CAN_ATMOSPHERE | SHADOW_CAN_GRIDS,                                              \
+        SHADOW_HAS_MAP, 4, NULL,                                                                   \
+        "four depths per texel that casters take by chance (Enderton et al. 2010); grey, noisy")   \
+    ROW(COLORED_STOCHASTIC, "colored-stochastic",                                                  \
+        SHADOW_CAN_COLOR | SHADOW_CAN_FILTER | SHADOW_CAN_LAYERS | SHADOW_CAN_INSIDE |             \
+            SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE | SHADOW_CAN_GRIDS,                    \
+        SHADOW_HAS_MAP, 4, NULL,                                                                   \
+        "a depth for each colour of a texel, by chance (McGuire and Enderton 2011); noisy")        \
+    ROW(COMPOSITED, "composited",                                                                  \
+        SHADOW_CAN_COLOR | SHADOW_CAN_FILTER | SHADOW_CAN_LAYERS | SHADOW_CAN_BE_SMOOTH |          \
+            SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE | SHADOW_CAN_GRIDS,                    \
+        SHADOW_HAS_MAP, 4, NULL,                                                                   \
+        "a translucent map for each partition of the meshes (Modisett 2023)")                      \
+    ROW(AREA, "area", SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS,                \
+        SHADOW_HAS_AREA_SAMPLES, 4, NULL,                                                          \
+        "triangles rasterised onto each light's samples at every point, on the GPU (Wang et al. "  \
+        "2014)")                                                                                   \
+    ROW(VOLUME, "volume", SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA, 0, 4, NULL,                         \
+        "shadow volumes that add what surfaces take away (Kim, Kim and Turk); sharp, no maps")     \
+    ROW(MOMENTS, "moments",                                                                        \
+        SHADOW_CAN_COLOR | SHADOW_CAN_FILTER | SHADOW_CAN_LAYERS | SHADOW_CAN_INSIDE |             \
+            SHADOW_CAN_BE_SMOOTH | SHADOW_CAN_LINKED_LISTS | SHADOW_CAN_ATMOSPHERE |               \
+            SHADOW_CAN_GRIDS,                                                                      \
+        SHADOW_HAS_MAP, 4, NULL,                                                                   \
+        "four moments of absorbance per texel and colour; two surfaces exact, more approximate")   \
+    ROW(SILHOUETTE, "silhouette", SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA, 0, 4, NULL,                 \
         "shadow volumes of silhouettes that count surfaces (Lexolights, Peciva); sharp, no maps")
 
 enum shadow_technique {

@@ -8,6 +8,7 @@
 #include "protocol/quality_defaults.h"
 #include "renderer/cost/technique_forecast.h"
 #include "renderer/cost/workload.h"
+#include "renderer/scene/grid_texels.h"
 #include "renderer/shadows/shadow_compress.h"
 
 static bool is_candidate(int technique)
@@ -38,9 +39,11 @@ static bool is_open(const struct auto_desc *desc)
            auto_quality_is_open(&desc->view->quality) && !scene_state_area_lights(desc->state);
 }
 
-static bool can_draw(const struct view *view, enum shadow_technique technique)
+static bool can_draw(const struct auto_desc *desc, enum shadow_technique technique)
 {
-    return !view_has_atmosphere(view) || shadow_technique_can(technique, SHADOW_CAN_ATMOSPHERE);
+    unsigned can = (view_has_atmosphere(desc->view) ? SHADOW_CAN_ATMOSPHERE : 0u) |
+                   (desc->state->grid_count ? SHADOW_CAN_GRIDS : 0u);
+    return shadow_technique_can(technique, can);
 }
 
 /* Maps that do not all fit the budget are made in batches, anew for every frame. */
@@ -224,7 +227,7 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
         choice->cold[i] = (struct learning_case){
             .technique = technique,
             .view = desc->view_key & ~UINT64_C(1),
-            .is_left_out = !can_draw(desc->view, technique),
+            .is_left_out = !can_draw(desc, technique),
         };
         technique_forecast_terms(
             technique, &(struct forecast_frame){&workload, &setting, &desc->settings->speed},
@@ -240,26 +243,29 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
     return true;
 }
 
-/* Whatever else the request says of maps, which draw no grids. */
-static bool takes_grids(const struct auto_desc *desc)
+/* Whatever else the request says of maps: density grids that rasterised pictures cannot have. */
+static bool needs_rays(const struct auto_desc *desc)
 {
-    return desc->state->grid_count > 0 && desc->view->quality.shadows == SHADOWS_AUTO &&
-           desc->view->outputs & 1u << VIEW_OUTPUT_COLOR;
+    const struct scene_state *state = desc->state;
+    return state->grid_count > 0 && desc->view->quality.shadows == SHADOWS_AUTO &&
+           desc->view->outputs & 1u << VIEW_OUTPUT_COLOR &&
+           (desc->view->quality.light_lists == VIEW_LIGHT_LISTS_LINKED ||
+            grid_texels_excess(state));
 }
 
 bool auto_choose(struct auto_choice *choice, const struct auto_desc *desc, struct error *err)
 {
     *choice = (struct auto_choice){0};
-    if (takes_grids(desc)) {
+    if (needs_rays(desc)) {
         choice->is_open = true;
         choice->technique = SHADOWS_RAYTRACED;
         snprintf(choice->because, sizeof choice->because,
-                 "auto: the scene has density grids, which rays alone draw");
+                 "auto: the scene has density grids that rays alone draw");
         return true;
     }
     if (!desc->settings || desc->settings->policy == AUTO_RASTER || !is_open(desc))
         return true;
-    if (desc->settings->policy == AUTO_RAYTRACED && can_draw(desc->view, SHADOWS_RAYTRACED)) {
+    if (desc->settings->policy == AUTO_RAYTRACED && can_draw(desc, SHADOWS_RAYTRACED)) {
         choice->is_open = true;
         choice->technique = SHADOWS_RAYTRACED;
         snprintf(choice->because, sizeof choice->because, "auto: the server is set to ray tracing");

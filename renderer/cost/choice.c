@@ -157,6 +157,7 @@ static struct workload guess_work(const struct choice_frame *frame)
 {
     double lights = (double)frame->lights, triangles = (double)frame->triangles;
     const double smoke = frame->has_grids; /* three of four generated scenes have less of it */
+    const double nodes = 0.38 * frame->pixels * smoke;
     return (struct workload){
         .pixels = frame->pixels,
         .covered = 0.3,
@@ -179,6 +180,9 @@ static struct workload guess_work(const struct choice_frame *frame)
         .grid_cells = 10 * smoke,
         .grid_lights = 0.24 * lights * smoke,
         .grid_lit_cells = 2 * lights * smoke,
+        .grid_nodes = nodes,
+        .grid_node_lights = 0.75 * lights * nodes,
+        .grid_node_cells = 13 * lights * nodes,
         .grid_shadow_cells = 18 * fmin(0.8 * lights, 3) * smoke,
         .grid_samples = frame->atmosphere_samples,
     };

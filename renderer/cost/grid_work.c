@@ -2,6 +2,8 @@
 /* Counts what density grids have rays do, by crossing them on a few ways. */
 #include "renderer/base/matrix.h"
 #include "renderer/cost/workload.h"
+#include "renderer/scene/atmosphere_grid.h"
+#include "renderer/scene/smoke_nodes.h"
 
 enum {
     SKIP = 2, /* every second column and row of the cells of the picture is looked along */
@@ -15,6 +17,7 @@ struct counter {
     const struct workload_desc *desc;
     size_t light_step; /* of the lights that are looked at */
     int pieces;        /* so far */
+    struct smoke_nodes nodes;
 };
 
 struct way {
@@ -121,8 +124,30 @@ static void look_along(struct counter *counter, const struct way *way, struct wo
         sum->grid_cells += crossing.cells;
         for (int k = 0; k < 3; k++)
             middle[k] = way->from[k] + 0.5 * (crossing.first + crossing.last) * way->direction[k];
-        add_lights(counter, middle, sum);
+        struct workload lights = {.pixels = 0};
+        add_lights(counter, middle, &lights);
+        sum->grid_lights += lights.grid_lights;
+        sum->grid_lit_cells += lights.grid_lit_cells;
+        /* along the direction a step is a metre of depth; one node beyond either end is lit, too */
+        double nodes = 2 + smoke_node_at(&counter->nodes, crossing.last) -
+                       smoke_node_at(&counter->nodes, crossing.first);
+        sum->grid_nodes += nodes;
+        sum->grid_node_lights += nodes * lights.grid_lights;
+        sum->grid_node_cells += nodes * lights.grid_lit_cells;
     }
+}
+
+/* Sums over the ways that were looked along. */
+static void count_nodes(const struct workload_desc *desc, const struct workload *sum, int looks,
+                        struct workload *workload)
+{
+    const struct view *view = desc->view;
+    const struct camera_window whole = camera_window_whole(view->width_px, view->height_px);
+    const struct atmosphere_grid grid = atmosphere_grid_of(view, &whole);
+    double columns = (double)atmosphere_columns(&grid) / looks;
+    workload->grid_nodes = columns * sum->grid_nodes;
+    workload->grid_node_lights = columns * sum->grid_node_lights;
+    workload->grid_node_cells = columns * sum->grid_node_cells;
 }
 
 static void count_shadows(struct counter *counter, const struct scene_sampling *sampling,
@@ -145,7 +170,8 @@ void workload_measure_grids(struct workload *workload, const struct workload_des
                             const struct scene_sampling *sampling)
 {
     struct counter counter = {.desc = desc,
-                              .light_step = desc->state->light_count / LIGHTS_SAMPLED + 1};
+                              .light_step = desc->state->light_count / LIGHTS_SAMPLED + 1,
+                              .nodes = smoke_nodes_of(desc->view, desc->state, desc->camera)};
     struct workload sum = {.pixels = 0};
     int looks = 0;
     if (!desc->state->grid_count)
@@ -160,6 +186,7 @@ void workload_measure_grids(struct workload *workload, const struct workload_des
     workload->grid_cells = sum.grid_cells / looks;
     workload->grid_lights = sum.grid_lights / looks;
     workload->grid_lit_cells = sum.grid_lit_cells / looks;
+    count_nodes(desc, &sum, looks, workload);
     counter.pieces = 0;
     count_shadows(&counter, sampling, workload);
 }

@@ -58,6 +58,9 @@ const struct device_costs forecast_costs = {
     .haze_ray = 11,
     .grid_point = 527,
     .grid_cell = 41.5,
+    .smoke_node = 620,
+    .smoke_light = 155,
+    .smoke_cell = 5.2,
 };
 
 bool device_speed_is_known(const struct device_speed *speed)
@@ -120,6 +123,19 @@ static void add_haze_rays(const struct workload *w, double rounds,
     double levels = log2(2 + w->triangles);
     terms[FORECAST_TERM_HAZE_RAYS] +=
         MS * rounds * w->haze_slices * w->haze_lit * levels * forecast_costs.haze_ray;
+}
+
+/* Likewise of density grids. Each pixel follows its ray once, whatever its samples in a round. */
+static void add_smoke(const struct workload *w, const struct forecast_setting *setting,
+                      double terms[FORECAST_TERM_COUNT])
+{
+    const struct device_costs *c = &forecast_costs;
+    double cells = w->pixels * w->grid_cells;
+    if (setting->has_shadows)
+        cells += w->grid_node_cells + count_surfaces(w) * w->grid_shadow_cells;
+    terms[FORECAST_TERM_GRIDS] += MS * count_rounds(setting) *
+                                  (cells * c->smoke_cell + w->grid_nodes * c->smoke_node +
+                                   w->grid_node_lights * c->smoke_light);
 }
 
 /* surfaces: that are shaded. The points of a ray are those of one more panel of four than asked for
@@ -268,6 +284,7 @@ void forecast_add_surfaces(const struct forecast_frame *frame, double terms[FORE
                                                                forecast_costs.drawn_frame_ms;
     add_shading(frame->workload, frame->setting, some);
     add_haze(frame->workload, frame->setting, some);
+    add_smoke(frame->workload, frame->setting, some);
     spread(some, frame->speed->shade, terms);
 }
 

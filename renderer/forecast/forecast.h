@@ -41,7 +41,11 @@ struct workload {
      * each grid that they meet; cells on the ways from there to those that shine there. */
     double grid_cells, grid_lights, grid_lit_cells;
     double grid_shadow_cells; /* on the ways from a visible surface to all that shine on it */
-    int grid_samples;         /* quality.atmosphere_samples; 0: the default */
+    /* Of the nodes over the picture at which a rasterised one finds the light in grids: how many
+     * are in some, the lights in reach of these, and the cells on the ways to those that shine
+     * there. */
+    double grid_nodes, grid_node_lights, grid_node_cells;
+    int grid_samples; /* quality.atmosphere_samples; 0: the default */
 };
 
 /* Times over those of the machine of the fit. Zeroed = not measured. */
@@ -90,6 +94,8 @@ struct device_costs {
                                      triangles. What maps take of its lights is as of surfaces */
     double grid_point, grid_cell; /* a point of a density grid for a light in reach, with its ray; a
                                      cell that is crossed */
+    /* Of rasterised pictures: a node in a grid, a light in its reach, a cell that is crossed. */
+    double smoke_node, smoke_light, smoke_cell;
 };
 extern const struct device_costs forecast_costs;
 

@@ -5,6 +5,7 @@
 #include "renderer/frame/scene_parts.h"
 #include "renderer/shading/deep.h"
 #include "renderer/scene/atmosphere_grid.h"
+#include "renderer/scene/smoke_nodes.h"
 
 enum {
     WINDOWS_LEAST = 8, /* of the budget: this part is not for shadow structures */
@@ -156,7 +157,7 @@ static uint64_t pixel_bytes_of(const struct frame_run *run)
                  targets_pixel_bytes(plan->target_samples, plan->lobes) +
                  (plan->requirements[PLAN_NEED_REFRACTION].is_met ? TARGETS_REFRACTION_PIXEL_BYTES
                                                                   : 0);
-    bytes += atmosphere_pixel_bytes(run->view);
+    bytes += atmosphere_pixel_bytes(run->view) + smoke_pixel_bytes(run->view, run->state);
     if (plan->rounds > 1)
         bytes += targets_sum_pixel_bytes(run->view->screen.has_backdrop);
     if (plan->requirements[PLAN_NEED_COLOR].is_met)

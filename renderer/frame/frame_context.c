@@ -22,6 +22,7 @@ void frame_context_finish(struct frame_context *context)
     feature_edges_finish(&context->feature_edges);
     aov_finish(&context->aov);
     shade_finish(&context->shade);
+    smoke_finish(&context->smoke);
     layers_finish(&context->layers);
     targets_finish(&context->targets);
     light_lists_destroy(context->lists);
@@ -46,6 +47,7 @@ void frame_context_forget(struct frame_context *context)
     if (context->lists)
         light_lists_forget(context->lists);
     feature_edges_finish(&context->feature_edges);
+    smoke_finish(&context->smoke);
 }
 
 void frame_context_end_frame(struct frame_context *context)
@@ -64,7 +66,8 @@ uint64_t frame_context_window_bytes(const struct frame_context *context)
 
 uint64_t frame_context_size_bytes(const struct frame_context *context)
 {
-    return frame_context_window_bytes(context) + context->feature_edges.size_bytes;
+    return frame_context_window_bytes(context) + context->feature_edges.size_bytes +
+           smoke_size_bytes(&context->smoke);
 }
 
 const struct yield_point *frame_context_yield(const struct frame_context *context)

@@ -13,6 +13,7 @@
 #include "renderer/plan/frame_plan.h"
 #include "renderer/shading/aov.h"
 #include "renderer/shading/shade.h"
+#include "renderer/shading/smoke.h"
 
 struct scene_state_cache { /* of the last frame; zeroed = none */
     struct content_key key, cut;
@@ -61,6 +62,7 @@ struct frame_context {         /* zeroed: holds nothing */
     struct list_history list_history;
     struct time_slice_history time_slice_history;
     struct shade shade;
+    struct smoke smoke; /* the density grids of the last scene that was rasterised with some */
     struct aov aov;
     struct traced_shadows shadow_rays;
     struct feature_edges feature_edges; /* of the last scene that they were drawn for */

@@ -78,13 +78,15 @@ bool frame_run_upload_lights(const struct frame_run *run, struct error *err)
 {
     struct frame_context *context = run->context;
     struct renderer *renderer = context->renderer;
-    return shade_upload_lights(&context->shade,
-                               &(struct shade_lights_desc){.state = run->state,
-                                                           .needs = &run->frame_plan->shaders,
-                                                           .shadows = renderer->shadows,
-                                                           .traced = frame_run_rays(run),
-                                                           .camera = run->camera},
-                               err);
+    return shade_upload_lights(
+        &context->shade,
+        &(struct shade_lights_desc){.state = run->state,
+                                    .needs = &run->frame_plan->shaders,
+                                    .shadows = renderer->shadows,
+                                    .traced = frame_run_rays(run),
+                                    .has_shadows = run->view->quality.shadows != SHADOWS_NONE,
+                                    .camera = run->camera},
+        err);
 }
 
 static bool walk_frame(const struct frame_run *run, struct error *err)
@@ -271,6 +273,13 @@ static bool count_ahead(const struct frame_run *run, struct error *err)
 }
 
 /* Prepares what all steps of a rasterised frame rely on. */
+static bool prepare_grids(const struct frame_run *run, struct error *err)
+{
+    struct content_key key = content_key_begin();
+    content_key_add_text(&key, run->scene->key);
+    return smoke_prepare(&run->context->smoke, key, run->state, run->camera, err);
+}
+
 static bool begin_rasterised(const struct frame_run *run, struct error *err)
 {
     struct frame_context *context = run->context;
@@ -281,6 +290,8 @@ static bool begin_rasterised(const struct frame_run *run, struct error *err)
     if (!frame_run_needs(run, PLAN_NEED_COLOR))
         return true;
     frame_warn_of_approximations(run);
+    if (!prepare_grids(run, err))
+        return false;
     return shadow_system_prepare_none(renderer->shadows, run->state->light_count, err);
 }
 

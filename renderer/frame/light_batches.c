@@ -174,13 +174,15 @@ static bool upload_lights(const struct batch *batch, const struct frame_run *run
 {
     struct frame_context *context = run->context;
     struct renderer *renderer = context->renderer;
-    return shade_upload_lights(&context->shade,
-                               &(struct shade_lights_desc){.state = run->state,
-                                                           .needs = &run->frame_plan->shaders,
-                                                           .shadows = renderer->shadows,
-                                                           .camera = run->camera,
-                                                           .is_left_out = batch->is_left_out},
-                               err);
+    return shade_upload_lights(
+        &context->shade,
+        &(struct shade_lights_desc){.state = run->state,
+                                    .needs = &run->frame_plan->shaders,
+                                    .shadows = renderer->shadows,
+                                    .has_shadows = run->view->quality.shadows != SHADOWS_NONE,
+                                    .camera = run->camera,
+                                    .is_left_out = batch->is_left_out},
+        err);
 }
 
 /* Yield points of shading. Urgent frames may evict the structures of the lights meanwhile. */

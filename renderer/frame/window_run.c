@@ -147,7 +147,8 @@ static struct camera_window lights_window(const struct window_frame *frame)
 {
     struct camera_window window = frame->window;
     bool is_shifted = window.shift_px[0] != 0 || window.shift_px[1] != 0;
-    bool is_wide = atmosphere_is_lit(frame); /* the columns at its sides lie beyond it */
+    bool is_wide = /* the columns at its sides lie beyond it */
+        atmosphere_is_lit(frame) || smoke_is_lit(frame);
     if ((!is_shifted && !is_wide) || frame->view->quality.light_lists == VIEW_LIGHT_LISTS_LINKED)
         return window;
     window.shift_px[0] = window.shift_px[1] = 0;
@@ -352,6 +353,7 @@ struct window_frame window_frame_of(const struct frame_run *run,
         .report = &run->frame->report,
         .environment = run->environment,
         .environment_maps = run->environment_maps,
+        .smoke = &context->smoke,
         .rounds = run->frame_plan->plan.rounds,
     };
 }

@@ -71,7 +71,23 @@ static void add_box(struct light_reach *reach, const struct state_item *item, co
     }
 }
 
-/* As many boxes as may be tested for each light; more drawables than these share some. */
+static void add_grids(struct light_reach *reach, const struct scene_state *state,
+                      const double eye[3])
+{
+    for (size_t i = 0; i < state->grid_count; i++) {
+        const struct state_grid *grid = &state->grids[i];
+        struct light_reach_box *box = &reach->boxes[reach->box_count++];
+        for (int k = 0; k < 3; k++) {
+            double low = grid->bounds_min[k] - eye[k], high = grid->bounds_max[k] - eye[k];
+            double margin = FRUSTUM_MARGIN * (high - low + fabs(low) + fabs(high));
+            box->low[k] = low - margin;
+            box->high[k] = high + margin;
+        }
+    }
+}
+
+/* As many boxes as may be tested for each light; more drawables than these share some. Density
+ * grids have one each. */
 static void collect_boxes(struct light_reach *reach, const struct scene_state *state,
                           const struct camera *camera)
 {
@@ -87,6 +103,7 @@ static void collect_boxes(struct light_reach *reach, const struct scene_state *s
         in_box = in_box == per_box ? 1 : in_box + 1;
         add_box(reach, &state->items[i], camera->eye, in_box == 1);
     }
+    add_grids(reach, state, camera->eye);
 }
 
 /* Whether the bound's own box, in the world's axes, meets that of a drawable. */
@@ -116,7 +133,7 @@ bool light_reach_collect(struct light_reach *reach, const struct scene_state *st
 {
     size_t lights = state->light_count;
     reach->light_count = reach->unseen_count = 0;
-    if (!reserve(reach, lights, lights ? state->item_count : 0, err) ||
+    if (!reserve(reach, lights, lights ? state->item_count + state->grid_count : 0, err) ||
         !light_bounds_collect(&reach->bounds, state->lights, lights, camera, err))
         return false;
     if (!lights)

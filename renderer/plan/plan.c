@@ -16,6 +16,8 @@
 #include "renderer/shadows/technique.h"
 #include "renderer/transparency/method.h"
 #include "renderer/scene/atmosphere_grid.h"
+#include "renderer/scene/grid_texels.h"
+#include "renderer/scene/smoke_nodes.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"
@@ -223,7 +225,7 @@ static void count_light(struct plan *plan, const struct shadow_need *light,
     census[0].lights += light->casters.opaque_count > 0;
     census[0].casters += light->casters.opaque_count;
     if (filters)
-        count_lacks(plan, light, view_has_atmosphere(desc->view));
+        count_lacks(plan, light, view_has_atmosphere(desc->view) || desc->state->grid_count > 0);
     census[1].lights += filters;
     census[1].casters += filters ? light->casters.transparent_count : 0;
 }
@@ -345,6 +347,21 @@ static void require_atmosphere(struct plan *plan, const struct frame_plan_desc *
                          : "lights shine into the atmosphere");
 }
 
+static bool require_smoke(struct plan *plan, const struct frame_plan_desc *desc, struct error *err)
+{
+    const size_t lights = desc->state->light_count, grids = desc->state->grid_count;
+    bool is_drawn = needs(plan, PLAN_NEED_COLOR);
+    set_need(plan, PLAN_NEED_SMOKE, is_drawn && grids && lights > 0, "%s",
+             !is_drawn ? "no color is rasterised"
+             : !grids  ? "there are no density grids"
+             : !lights ? "no light shines into density grids"
+                       : "lights shine into density grids");
+    const char *excess = is_drawn ? grid_texels_excess(desc->state) : NULL;
+    return !excess ||
+           error_set(err, ERROR_UNSUPPORTED,
+                     "%s, and rasterised pictures have no more: shadows must be raytraced", excess);
+}
+
 /* The technique of a light whose filters it knows, and whose media it does not. */
 static enum shadow_technique find_thick_media(const struct shadow_needs *shadows)
 {
@@ -402,6 +419,9 @@ static bool check_deep(const struct frame_plan *made, const struct frame_plan_de
                          "seen straight: quality.refraction must be off");
     if (view_has_atmosphere(desc->view))
         return error_set(err, ERROR_UNSUPPORTED, "deep images have no haze: leave atmosphere out");
+    if (desc->state->grid_count)
+        return error_set(err, ERROR_UNSUPPORTED,
+                         "deep images have no density grids: hide the nodes that show them");
     if (plan->samples != 1)
         return error_set(err, ERROR_UNSUPPORTED,
                          "deep images have one sample per pixel, not %d: quality.samples must be 1",
@@ -465,14 +485,16 @@ static void plan_rays(struct plan *plan, enum plan_step step)
     plan_visibility(plan, step);
 }
 
-static uint64_t targets_bytes(const struct plan *plan, const struct view *view)
+static uint64_t targets_bytes(const struct plan *plan, const struct view *view,
+                              const struct scene_state *state)
 {
     uint64_t pixels = (uint64_t)view->width_px * (uint64_t)view->height_px;
     uint64_t refraction = needs(plan, PLAN_NEED_REFRACTION) ? TARGETS_REFRACTION_PIXEL_BYTES : 0;
     uint64_t sums = plan->rounds > 1 ? targets_sum_pixel_bytes(view->screen.has_backdrop) : 0;
     uint64_t haze = needs(plan, PLAN_NEED_ATMOSPHERE) ? atmosphere_pixel_bytes(view) : 0;
-    return pixels *
-           (targets_pixel_bytes(plan->target_samples, plan->lobes) + refraction + sums + haze);
+    uint64_t smoke = needs(plan, PLAN_NEED_SMOKE) ? smoke_pixel_bytes(view, state) : 0;
+    return pixels * (targets_pixel_bytes(plan->target_samples, plan->lobes) + refraction + sums +
+                     haze + smoke);
 }
 
 /* Adds a pass that runs only if a count, which only drawing can tell, is not 0. */
@@ -508,7 +530,7 @@ static void choose_transparency(struct plan *plan, const struct frame_plan *made
         can |= TRANSPARENCY_CAN_OUTPUTS;
     if (needs(plan, PLAN_NEED_REFRACTION))
         can |= TRANSPARENCY_CAN_REFRACTION;
-    if (view_has_atmosphere(view)) /* haze that no light shines into dims, too */
+    if (view_has_atmosphere(view) || desc->state->grid_count) /* without light they dim, too */
         can |= TRANSPARENCY_CAN_HAZE;
     if (needs(plan, PLAN_NEED_DEEP))
         can |= TRANSPARENCY_CAN_DEEP;
@@ -561,13 +583,14 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
     plan_shadows(plan);
     plan_rays(plan, PLAN_STEP_RAYS);
     add_pass(plan, PLAN_NEED_SURFACES, PLAN_STEP_SURFACES, "gbuffer", "",
-             targets_bytes(plan, desc->view));
+             targets_bytes(plan, desc->view, desc->state));
     plan_layers(plan, PLAN_STEP_LAYERS);
     add_pass(plan, PLAN_NEED_LIGHTS, PLAN_STEP_LIGHT_LISTS, "light_list", lists, 0);
     plan_rays(plan, PLAN_STEP_SHADOW_POINTS);
     if (needs(plan, PLAN_NEED_COLOR))
         plan_layers(plan, PLAN_STEP_SHADE);
     plan_atmosphere(plan);
+    add_pass(plan, PLAN_NEED_SMOKE, PLAN_STEP_SHADE, "smoke.light", "froxels", 0);
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_SHADE, "shade.opaque",
              plan->target_samples > 1 ? "msaa4" : "", 0);
     plan_apart(plan);
@@ -614,8 +637,9 @@ bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc
         view.quality.shadows = plan->plan.choice.technique;
     replace_unfit(&plan->plan, desc->state, &view.quality);
     require_atmosphere(&plan->plan, &chosen);
-    if (!require_geometry(plan, &chosen, err) || !require_lights(plan, &chosen, err) ||
-        !check_technique(plan, &chosen, err) || !check_deep(plan, &chosen, err))
+    if (!require_smoke(&plan->plan, &chosen, err) || !require_geometry(plan, &chosen, err) ||
+        !require_lights(plan, &chosen, err) || !check_technique(plan, &chosen, err) ||
+        !check_deep(plan, &chosen, err))
         goto fail;
     require_visibility(plan, &chosen);
     choose_transparency(&plan->plan, plan, &chosen);

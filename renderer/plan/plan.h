@@ -24,6 +24,7 @@ enum plan_need {
     PLAN_NEED_ANTIALIASING,     /* more than one sample per pixel */
     PLAN_NEED_LIGHTS,           /* something shines */
     PLAN_NEED_ATMOSPHERE,       /* lights shine into haze before the camera */
+    PLAN_NEED_SMOKE,            /* lights shine into density grids of a rasterised picture */
     PLAN_NEED_REFRACTION,       /* layers in view bend what is behind them */
     PLAN_NEED_COLOR,            /* lit colour was asked for */
     PLAN_NEED_DEEP,             /* a deep image of the layers */

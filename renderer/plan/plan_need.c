@@ -15,6 +15,7 @@ const char *plan_need_name(int need)
         [PLAN_NEED_ANTIALIASING] = "antialiasing",
         [PLAN_NEED_LIGHTS] = "lights",
         [PLAN_NEED_ATMOSPHERE] = "atmosphere",
+        [PLAN_NEED_SMOKE] = "smoke",
         [PLAN_NEED_REFRACTION] = "refraction",
         [PLAN_NEED_COLOR] = "color",
         [PLAN_NEED_DEEP] = "deep-image",

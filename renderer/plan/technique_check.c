@@ -72,6 +72,11 @@ static bool refuse(const struct technique_demand *demand, unsigned missing, stru
                          "the scene has density grids, which %s does not draw: shadows must be %s",
                          shadow_technique_name((int)quality->shadows), others);
     }
+    if (demand->has_grids && demand->is_rasterised &&
+        quality->light_lists == VIEW_LIGHT_LISTS_LINKED)
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "density grids are lit through the clustered light lists: light_lists "
+                         "must be auto or clustered");
     if (demand->is_hazy && quality->light_lists == VIEW_LIGHT_LISTS_LINKED)
         return error_set(err, ERROR_INVALID_REQUEST,
                          "an atmosphere is lit through the clustered light lists: light_lists must "

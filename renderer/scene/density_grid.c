@@ -37,8 +37,7 @@ static const struct scene_grid_brick *brick_at(const struct density_grid *grid, 
                          grid->bricks_along[0] * ((size_t)y + (size_t)grid->bricks_along[1] * z)];
 }
 
-/* A value that is stored; of the nearest voxel for one outside. */
-static double voxel_at(const struct density_grid *grid, int64_t x, int64_t y, int64_t z)
+float density_grid_voxel(const struct density_grid *grid, int64_t x, int64_t y, int64_t z)
 {
     enum { SIDE = SCENE_BRICK_SIDE };
     uint32_t i = clamped(x, grid->size[0]), j = clamped(y, grid->size[1]),
@@ -47,7 +46,7 @@ static double voxel_at(const struct density_grid *grid, int64_t x, int64_t y, in
     if (!brick->values)
         return 0;
     uint32_t inside = i % SIDE + SIDE * (j % SIDE + SIDE * (k % SIDE));
-    return (double)grid->values[brick->values - 1][inside];
+    return grid->values[brick->values - 1][inside];
 }
 
 /* The values around the cell between eight centres that begins at the voxel; x runs fastest. */
@@ -63,8 +62,8 @@ static void load_corners(const struct density_grid *grid, const int64_t cell[3],
     }
     if (!is_in_brick) {
         for (int i = 0; i < 8; i++)
-            corners[i] =
-                voxel_at(grid, cell[0] + (i & 1), cell[1] + (i >> 1 & 1), cell[2] + (i >> 2));
+            corners[i] = (double)density_grid_voxel(grid, cell[0] + (i & 1), cell[1] + (i >> 1 & 1),
+                                                    cell[2] + (i >> 2));
         return;
     }
     const struct scene_grid_brick *brick = brick_at(grid, at[0] / SIDE, at[1] / SIDE, at[2] / SIDE);

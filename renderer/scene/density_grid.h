@@ -16,6 +16,9 @@ uint64_t scene_grid_brick_count(const struct scene_grid *grid);
 
 struct density_grid density_grid_of(const struct scene *scene, const struct scene_grid *grid);
 
+/* A value that is stored; of the nearest voxel for one outside. */
+float density_grid_voxel(const struct density_grid *grid, int64_t x, int64_t y, int64_t z);
+
 /* Trilinear between centres; 0 outside the box. */
 double density_grid_at(const struct density_grid *grid, const double point[3]);
 

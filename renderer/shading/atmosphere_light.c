@@ -20,9 +20,14 @@ bool atmosphere_is_lit(const struct window_frame *frame)
     return view_has_atmosphere(frame->view) && frame->state->light_count > 0;
 }
 
-const char *atmosphere_defines(const struct view *view)
+bool atmosphere_is_there(const struct window_frame *frame)
 {
-    return view_has_atmosphere(view) ? " HAS_ATMOSPHERE" : "";
+    return view_has_atmosphere(frame->view) || frame->state->grid_count > 0;
+}
+
+const char *atmosphere_defines(const struct window_frame *frame)
+{
+    return atmosphere_is_there(frame) ? " HAS_ATMOSPHERE" : "";
 }
 
 /* ---- the grid ---- */
@@ -43,21 +48,21 @@ static void set_grid(const struct window_frame *frame, const struct gl_program *
     gl_program_set_u3(program, "u_atmosphere_grid", size);
     gl_program_set_i2(program, "u_atmosphere_first", grid.first_x, grid.first_y);
     gl_program_set_f(program, "u_atmosphere_side_px", (float)grid.side_px);
-    set_slices(frame, program);
+    if (view_has_atmosphere(frame->view))
+        set_slices(frame, program);
 }
 
 /* ---- uniforms ---- */
 
-/* What it scatters of the hemisphere and the map, as from all around. */
-static void find_ambient(const struct window_frame *frame, float ambient[3])
+void atmosphere_find_around(const struct window_frame *frame, float around[3])
 {
     const struct scene_state *state = frame->state;
     double map[3] = {0, 0, 0};
     if (view_has_environment(frame->view))
         environment_light_mean(frame->environment, map);
     for (int k = 0; k < 3; k++) {
-        double around = state->has_environment ? 0.5 * (state->sky[k] + state->ground[k]) : 0;
-        ambient[k] = (float)(frame->view->atmosphere.color[k] * (around + map[k]));
+        double hemisphere = state->has_environment ? 0.5 * (state->sky[k] + state->ground[k]) : 0;
+        around[k] = (float)(hemisphere + map[k]);
     }
 }
 
@@ -74,7 +79,9 @@ static void set_haze(const struct window_frame *frame, const struct gl_program *
     gl_program_set_f3(program, "u_atmosphere_up",
                       (const float[3]){(float)axes[0][1], (float)axes[1][1], (float)axes[2][1]});
     gl_program_set_f3(program, "u_atmosphere_color", air->color);
-    find_ambient(frame, ambient);
+    atmosphere_find_around(frame, ambient);
+    for (int k = 0; k < 3; k++)
+        ambient[k] *= air->color[k];
     gl_program_set_f3(program, "u_atmosphere_ambient", ambient);
 }
 

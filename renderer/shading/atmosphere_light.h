@@ -16,10 +16,14 @@
 /* Whether some light of the frame lights the haze of the view. */
 bool atmosphere_is_lit(const struct window_frame *frame);
 
-/* #define items of programs that look through it, each behind a space; "" without haze. */
-const char *atmosphere_defines(const struct view *view);
+/* Whether the frame has haze, or density grids, which are composited like it. */
+bool atmosphere_is_there(const struct window_frame *frame);
+/* #define items of programs that look through it, each behind a space; "" where none is there. */
+const char *atmosphere_defines(const struct window_frame *frame);
+/* What a full albedo scatters of the hemisphere and the map, as from all around. Thread: GL. */
+void atmosphere_find_around(const struct window_frame *frame, float around[3]);
 
-/* What lighting and compositing read of it; with haze. */
+/* What lighting and compositing read of it, where it is there. */
 void atmosphere_bind(const struct window_frame *frame, const struct gl_program *program);
 
 /* Makes room for the grid where it is absent, and finds how far each column is seen. */

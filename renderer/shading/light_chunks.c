@@ -6,6 +6,7 @@
 #include "renderer/lights/clusters.h"
 #include "renderer/shading/atmosphere_light.h"
 #include "renderer/shading/shade.h"
+#include "renderer/shading/smoke.h"
 #include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 
@@ -47,7 +48,10 @@ static struct loop_lights loops_before(const struct window_frame *frame, bool is
         .has_area_form = frame->needs->has_area_form,
         .walks_lists = method && method->structure->is_walked,
         .surfaces = (uint32_t)frame->targets->samples,
+        .grid_steps = smoke_loop_steps(frame->state),
     };
+    /* the ray of a pixel, and anew for samples at edges */
+    loops.besides = (1 + (uint64_t)frame->targets->samples) * loops.grid_steps;
     if (atmosphere_is_lit(frame) && loops.surfaces < CLUSTER_SLICES)
         loops.surfaces = CLUSTER_SLICES; /* a slice of haze may lie in all of them */
     for (uint32_t i = 0; i < frame->state->scene->material_count; i++)
@@ -64,8 +68,8 @@ static struct loop_lights loops_of(const struct shade_desc *desc)
     loops.longest_list = desc->frame->report->counts.longest_list;
     if (loops.longest_list < longest)
         loops.longest_list = longest;
-    loops.besides = steps_of_layers(desc->frame, layers->longest,
-                                    layers->may_surround || layers->method->walks_twice);
+    loops.besides += steps_of_layers(desc->frame, layers->longest,
+                                     layers->may_surround || layers->method->walks_twice);
     return loops;
 }
 
@@ -99,7 +103,7 @@ int light_parts_list(const struct light_parts_desc *desc, bool may[LIGHT_PARTS])
     bool can = frame->view->quality.light_lists != VIEW_LIGHT_LISTS_LINKED;
     most.shadowed = desc->shadowed_count;
     most.longest_list = LONG;
-    most.besides = desc->has_layers ? steps_of_layers(frame, LONG, false) : 0;
+    most.besides += desc->has_layers ? steps_of_layers(frame, LONG, false) : 0;
     bool must = can && count_everywhere(frame->state) > loop_steps_room(&least, desc->loop_steps);
     bool may_chunk =
         must || (can && (frame->state->light_count > loop_steps_room(&most, desc->loop_steps) ||
@@ -124,8 +128,8 @@ bool light_chunks_choose(const struct shade_desc *desc, uint64_t loop_steps,
     *chunk = (struct light_chunk){.count = longest, .is_whole = true};
     if (loops.besides > loop_steps)
         return error_set(err, ERROR_OVER_BUDGET,
-                         "%llu transparent layers at one pixel take %llu loop steps, limit is "
-                         "%llu: ask for fewer quality.samples",
+                         "%llu transparent layers and the density grids at one pixel take %llu "
+                         "loop steps, limit is %llu: ask for fewer quality.samples",
                          (unsigned long long)desc->layers->longest,
                          (unsigned long long)loops.besides, (unsigned long long)loop_steps);
     if (longest <= per_chunk)

@@ -9,6 +9,7 @@
 #include "renderer/base/matrix.h"
 #include "renderer/shading/atmosphere_light.h"
 #include "renderer/shading/environment_maps.h"
+#include "renderer/shading/smoke.h"
 #include "renderer/window/time_slice_clock.h"
 
 #include "shaders/shared/bindings.h"
@@ -50,7 +51,7 @@ static void describe(const struct window_frame *frame, const struct shade_facts 
         .compositing = compositing_of(frame, facts),
     };
     char own_defines[SURFACE_DEFINES_BYTES] = "", media_defines[MEDIA_DEFINES_BYTES] = "",
-         seen_defines[64] = "";
+         seen_defines[64] = "", grid_defines[SMOKE_DEFINES_BYTES];
     char material_defines[SHADER_NEEDS_TEXT_BYTES], light_defines[SHADER_NEEDS_TEXT_BYTES] = "";
     const struct shader_needs *needs = frame->needs;
     shader_needs_material_defines(kind->are_transparent ? needs->layer_kinds : needs->surface_kinds,
@@ -64,11 +65,12 @@ static void describe(const struct window_frame *frame, const struct shade_facts 
     if (needs->visibility_lobes)
         snprintf(seen_defines, sizeof seen_defines,
                  " HAS_ENVIRONMENT_VISIBILITY VISIBILITY_COUNT=%u", needs->visibility_lobes);
-    snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s%s%s%s%s%s%s%s %s %s",
+    smoke_defines(frame, grid_defines);
+    snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s%s%s%s%s%s%s%s%s %s %s",
              has_lights ? "HAS_LIGHTS" : "", own.has_shadow_maps ? " HAS_SHADOWS" : "",
              frame->state->has_environment ? " HAS_ENVIRONMENT" : "",
              view_has_environment(frame->view) ? " HAS_ENVIRONMENT_MAP" : "", seen_defines,
-             atmosphere_defines(frame->view),
+             atmosphere_defines(frame), grid_defines,
              frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "",
              kind->source ? " SURFACES=" : "", kind->source ? kind->source : "", own_defines,
              media_defines, material_defines, light_defines,
@@ -132,8 +134,10 @@ static void bind(const struct lighting *lighting, const struct gl_program *progr
         window_set_world_axes(frame, program);
     if (has_map)
         environment_maps_bind(frame->environment_maps, frame->environment, program);
-    if (view_has_atmosphere(frame->view))
+    if (atmosphere_is_there(frame))
         atmosphere_bind(frame, program);
+    if (frame->state->grid_count)
+        smoke_bind(frame, program);
     if (frame->needs->visibility_lobes)
         traced_shadows_bind_visibility(desc->seen, program);
     gl_program_set_f3(program, "u_sky", frame->state->sky);

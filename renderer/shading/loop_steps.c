@@ -43,7 +43,8 @@ static uint64_t steps_of_search(uint64_t longest)
 static uint64_t steps_of_light(const struct loop_lights *lights)
 {
     uint64_t points = lights->points > 1 ? lights->points + STEPS_PER_AREA : 0;
-    return STEPS_PER_LIGHT + points + (lights->has_area_form ? STEPS_PER_FORM : 0);
+    return STEPS_PER_LIGHT + points + (lights->has_area_form ? STEPS_PER_FORM : 0) +
+           lights->grid_steps;
 }
 
 /* Points of areas are looked up in the loop over them. */

@@ -32,7 +32,8 @@ struct loop_lights {
                               the object that asks */
     /* Lit one after the other, at most: as many as a pixel has samples; at least 1. */
     uint32_t surfaces;
-    uint64_t besides; /* steps of the invocation's other loops */
+    uint64_t grid_steps; /* on the way to a light through all density grids */
+    uint64_t besides;    /* steps of the invocation's other loops */
 };
 
 /* Steps of an invocation whose surfaces have `count` lights each, at most. */

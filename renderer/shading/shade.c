@@ -9,6 +9,7 @@
 #include "renderer/shading/atmosphere_light.h"
 #include "renderer/shading/lighting.h"
 #include "renderer/shading/opaque_samples.h"
+#include "renderer/shading/smoke.h"
 #include "renderer/window/apart.h"
 #include "shaders/shared/layout.h"
 
@@ -26,7 +27,7 @@ static void fill_light(const struct state_light *light, uint32_t shadow,
     double offset[3], axes[3][3];
     vec3_sub(light->position, camera->eye, offset);
     camera_axes(camera, axes);
-    *r = (struct light_record){.shadow = shadow};
+    *r = (struct light_record){.shadow = shadow, .dims_in_grids = light->casts_shadow};
     for (int k = 0; k < 3; k++) {
         r->position_range.v[k] = (float)vec3_dot(axes[k], offset);
         r->color.v[k] = light->color[k] * (state_light_is_area(light) ? (float)light->area_m2 : 1);
@@ -55,6 +56,8 @@ bool shade_upload_lights(struct shade *shade, const struct shade_lights_desc *de
         uint32_t shadow = desc->traced ? traced_shadows_record(desc->traced, i)
                                        : shadow_system_record(desc->shadows, i);
         fill_light(&state->lights[i], shadow, desc->camera, &records[i]);
+        if (!desc->has_shadows)
+            records[i].dims_in_grids = 0;
         if (desc->is_left_out && desc->is_left_out[i])
             records[i].color = (vec4){{0, 0, 0, 0}};
     }
@@ -104,6 +107,8 @@ void shade_list_programs(const struct window_frame *frame, const struct shade_fa
             lighting_list_program(frame, facts, &chunk, &atmosphere_points, is_conditional, list);
         atmosphere_list_programs(frame, facts->is_traced, list);
     }
+    if (smoke_is_lit(frame))
+        lighting_list_program(frame, facts, &chunk, &smoke_nodes, is_conditional, list);
     lighting_list_program(frame, facts, &chunk, &opaque_samples, is_conditional, list);
     if (apart_is_possible(frame))
         lighting_list_program(frame, facts, &chunk, &samples_apart, true, list);
@@ -192,13 +197,25 @@ static bool light_atmosphere(const struct shade_desc *desc, const struct surface
            (desc->continues || atmosphere_end(desc->frame, err));
 }
 
-/* Lights transparent surfaces, then haze, then opaque samples, whose program composites all. */
+/* Likewise density grids, which no technique has that traces shadows. */
+static bool light_smoke(const struct shade_desc *desc, const struct surface_lighter *lighter,
+                        struct error *err)
+{
+    if (!smoke_is_lit(desc->frame))
+        return true;
+    const struct surface_set set = smoke_set(desc->frame);
+    return smoke_begin(desc->frame, err) && lighter->light(lighter->context, &set, err);
+}
+
+/* Lights transparent surfaces, then haze and grids, then opaque samples, whose program composites
+ * all. */
 static bool light_all(const struct shade_desc *desc, const struct surface_lighter *lighter,
                       struct error *err)
 {
     const struct surface_set opaque = opaque_samples_of(desc->frame);
     return desc->layers->method->light(desc->layers, desc->frame, desc->items, lighter, err) &&
-           light_atmosphere(desc, lighter, err) && lighter->light(lighter->context, &opaque, err);
+           light_atmosphere(desc, lighter, err) && light_smoke(desc, lighter, err) &&
+           lighter->light(lighter->context, &opaque, err);
 }
 
 /* Lights the window, or that piece of it, with filters that rays find for one chunk of the lights
@@ -334,7 +351,7 @@ bool shade_window(struct shade *shade, const struct shade_desc *desc, struct err
                    ? 1
                    : 1 + (desc->traced != NULL) + desc->layers->method->count_sets(desc->layers) +
                          (!desc->traced && atmosphere_is_lit(desc->frame)) +
-                         (may_differ && !desc->traced && !is_batch);
+                         smoke_is_lit(desc->frame) + (may_differ && !desc->traced && !is_batch);
     lighting.parts = (int)chunk_count * sets;
     shade->has_apart = desc->is_apart;
     if (!light_chunks(&lighting, chunk_count, desc->is_apart ? &all : NULL, err) ||

@@ -70,6 +70,7 @@ struct shade_lights_desc {
     const struct shadow_system *shadows; /* required */
     const struct traced_shadows *traced; /* NULL where shadows are in structures */
     const struct camera *camera;         /* required */
+    bool has_shadows;                    /* quality.shadows is not none */
     const bool *is_left_out;             /* per light: it is black; NULL: none is */
 };
 /* Uploads the lights of the frame, in view space. Once per frame, or once for each part of

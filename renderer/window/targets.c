@@ -146,6 +146,12 @@ bool targets_prepare_atmosphere(struct targets *t, uint64_t slices_bytes, uint64
            reserve_haze(&t->atmosphere_sums, "frame.atmosphere_sums", sums_bytes, err);
 }
 
+bool targets_prepare_smoke(struct targets *t, uint64_t bytes, struct error *err)
+{
+    return reserve_haze(&t->smoke, "frame.smoke", bytes, err) &&
+           gl_texture_follow_buffer(&t->smoke_view, "frame.smoke", GL_RGBA32F, &t->smoke, err);
+}
+
 static int count_levels(int width, int height)
 {
     int levels = 1;
@@ -221,6 +227,8 @@ void targets_finish(struct targets *t)
     gl_buffer_finish(&t->atmosphere);
     gl_buffer_finish(&t->atmosphere_reach);
     gl_buffer_finish(&t->atmosphere_sums);
+    gl_texture_finish(&t->smoke_view);
+    gl_buffer_finish(&t->smoke);
     *t = (struct targets){0};
 }
 
@@ -232,5 +240,5 @@ uint64_t targets_size_bytes(const struct targets *t)
            t->sum.size_bytes + t->behind.size_bytes + t->behind_sum.size_bytes +
            t->opaque.size_bytes + t->levels.size_bytes + t->bent_parts.size_bytes +
            t->bent.size_bytes + t->atmosphere.size_bytes + t->atmosphere_reach.size_bytes +
-           t->atmosphere_sums.size_bytes;
+           t->atmosphere_sums.size_bytes + t->smoke.size_bytes;
 }

@@ -26,6 +26,8 @@ struct targets {
     /* Where haze is lit (renderer/shading/atmosphere_light.h): the light in the slices of its
      * columns, how far each is seen, and the light from the eye to the slices of their corners. */
     struct gl_buffer atmosphere, atmosphere_reach, atmosphere_sums;
+    struct gl_buffer smoke;       /* where density grids are lit (renderer/shading/smoke.h) */
+    struct gl_texture smoke_view; /* of that buffer, RGBA32F */
     /* Where layers refract (renderer/shading/refraction.h); RGBA32F. */
     struct gl_texture levels;     /* the picture without those: each level has half the pixels of
                                      the one before a side */
@@ -56,6 +58,8 @@ MUST_CHECK bool targets_prepare_apart(struct targets *targets, struct error *err
 MUST_CHECK bool targets_prepare_atmosphere(struct targets *targets, uint64_t slices_bytes,
                                            uint64_t columns_bytes, uint64_t sums_bytes,
                                            struct error *err);
+/* Makes targets->smoke and its view as large, at least. */
+MUST_CHECK bool targets_prepare_smoke(struct targets *targets, uint64_t bytes, struct error *err);
 /* Makes targets->levels, bent_parts and bent where they are absent. */
 MUST_CHECK bool targets_prepare_refraction(struct targets *targets, struct error *err);
 enum { TARGETS_REFRACTION_PIXEL_BYTES = 58 }; /* of these */

@@ -16,6 +16,7 @@
 
 struct environment_light;
 struct environment_maps;
+struct smoke;
 
 /* Pixels of a window, y up; width 0: all. */
 struct window_bounds {
@@ -39,6 +40,7 @@ struct window_frame {
     int rounds, round; /* of samples, of the colour; of the one at hand the window has the shift */
     const struct environment_light *environment; /* where the view has a map; likewise */
     const struct environment_maps *environment_maps;
+    const struct smoke *smoke;         /* where the state has density grids */
     uint32_t list_room;                /* entries that lists_scatter.glsl may write */
     uint32_t object_rank;              /* of the object at hand, for sorted_scatter.frag.glsl */
     struct window_bounds layer_bounds; /* transparent surfaces are drawn nowhere else */

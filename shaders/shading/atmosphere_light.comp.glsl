@@ -14,6 +14,10 @@ layout(std430, binding = BIND_ATMOSPHERE) buffer atmosphere_buffer { float slice
 layout(std430, binding = BIND_ATMOSPHERE_REACH) readonly buffer reach_buffer { float reaches[]; };
 #include "lights/light_list.glsl"
 #include "lights/light_arriving.glsl"
+#ifdef HAS_GRIDS
+#include "shading/density_grids.glsl"
+#include "lights/light_through_grids.glsl"
+#endif
 #ifdef HAS_SHADOWS
 #include "shadows/shadow_query.glsl"
 layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
@@ -66,6 +70,10 @@ vec3 scattered_at(light_record r, vec3 p, vec3 way, float share)
         arriving *= shadow_transmittance(r.shadow, p, vec3(0.0), vec2(0.0), NO_OBJECT);
         light_lookups++;
     }
+#endif
+#ifdef HAS_GRIDS
+    if (max(arriving.r, max(arriving.g, arriving.b)) > 0.0)
+        arriving *= light_through_grids(r, p);
 #endif
     return arriving;
 }

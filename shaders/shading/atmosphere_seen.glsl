@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What the camera sees of the haze: the light that it scatters from the eye to a depth, and what it
-// lets through. Needs: HAS_ATMOSPHERE_LIGHT where lamps light it, window/view_ray.glsl,
-// shading/atmosphere.glsl.
-// Provides: atmosphere_seen atmosphere_look(vec2 at, float view_z).
+// What the camera sees of the haze and of density grids: the light that they scatter from the eye
+// to a depth, and what they let through. Needs: HAS_ATMOSPHERE_LIGHT where lamps light the haze,
+// window/view_ray.glsl, shading/atmosphere.glsl; where HAS_GRIDS, those of smoke_seen.glsl.
+// Provides: atmosphere_begin(vec2 at) for a pixel, then
+// atmosphere_seen atmosphere_look(vec2 at, float view_z), with grids best from near to far.
 #include "shading/atmosphere_slices.glsl"
 uniform vec3 u_atmosphere_color;   // share of the extinction that scatters
 uniform vec3 u_atmosphere_ambient; // what it scatters of the light from all around [nt]
@@ -45,28 +46,62 @@ vec3 atmosphere_scattered(vec2 at, float view_z)
 }
 #endif
 
+#ifdef HAS_GRIDS
+#define air_share vec3
+float air_mean(vec3 share) { return (share.r + share.g + share.b) / 3.0; }
+#else
+#define air_share float
+float air_mean(float share) { return share; }
+#endif
 struct atmosphere_seen {
-    vec3 light;    // of the haze from the eye to the depth [nt]
-    float through; // of what is there
+    vec3 light;        // from the eye to the depth [nt]
+    air_share through; // of what is there
 };
 
-atmosphere_seen atmosphere_look(vec2 at, float view_z)
+// Of the haze alone.
+atmosphere_seen haze_look(vec2 at, float view_z)
 {
     float z = min(view_z, ATMOSPHERE_FAR);
     float depth = atmosphere_depth(view_position(at, 0.0), view_position(at, z));
     atmosphere_seen seen = atmosphere_seen(u_atmosphere_ambient * atmosphere_loss(depth),
-                                           exp(-depth));
+                                           air_share(exp(-depth)));
 #ifdef HAS_ATMOSPHERE_LIGHT
     seen.light += atmosphere_scattered(at, z);
 #endif
     return seen;
 }
 
-// At the depths of samples (0: nothing is there), of which those between the nearest and the
+#ifdef HAS_GRIDS
+#include "shading/smoke_seen.glsl"
+void atmosphere_begin(vec2 at) { smoke_begin(at); }
+
+atmosphere_seen atmosphere_look(vec2 at, float view_z)
+{
+    float z = min(view_z, ATMOSPHERE_FAR);
+    smoke_follow(z);
+    float haze = atmosphere_transmittance(view_position(at, 0.0), view_position(at, z));
+    return atmosphere_seen(smoke_light, smoke_through * haze);
+}
+#else
+void atmosphere_begin(vec2 at) {}
+atmosphere_seen atmosphere_look(vec2 at, float view_z) { return haze_look(at, view_z); }
+#endif
+
+// At the depths of samples (0: nothing is there). Without grids, those between the nearest and the
 // farthest are taken between both.
 #if defined SAMPLES
 float atmosphere_view_z(float depth) { return depth > 0.0 ? view_depth(depth) : ATMOSPHERE_FAR; }
 
+#ifdef HAS_GRIDS
+void atmosphere_look_at(vec2 at, float depth[WALKS], out atmosphere_seen seen[WALKS])
+{
+    for (int i = 0; i < WALKS; i++)
+        if (i > 0 && depth[i] == depth[i - 1])
+            seen[i] = seen[i - 1];
+        else
+            seen[i] = atmosphere_look(at, atmosphere_view_z(depth[i]));
+}
+#else
 void atmosphere_look_at(vec2 at, float depth[WALKS], out atmosphere_seen seen[WALKS])
 {
     float near = depth[0], far = depth[0];
@@ -90,4 +125,5 @@ void atmosphere_look_at(vec2 at, float depth[WALKS], out atmosphere_seen seen[WA
         seen[i] = atmosphere_seen(mix(first.light, last.light, clamp(part, 0.0, 1.0)), through);
     }
 }
+#endif
 #endif

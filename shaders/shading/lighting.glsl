@@ -5,7 +5,8 @@
 // surfaces out as lit_surface: shade_surfaces.comp.glsl asks the set's own source for them, and
 // shade_pixels.comp.glsl is such a set with a program of its own. Needs: light list and shadow
 // defines, LIGHT_KINDS, HAS_LIGHT_RANGES, HAS_AREA_SAMPLES and HAS_AREA_FORM where HAS_LIGHTS,
-// MATERIAL_KINDS of material.glsl, HAS_GROUND where these have MATERIAL_GROUND.
+// MATERIAL_KINDS of material.glsl, HAS_GROUND where these have MATERIAL_GROUND,
+// GRID_COUNT where HAS_GRIDS.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
@@ -24,6 +25,9 @@
 #endif
 #ifdef HAS_ATMOSPHERE
 #include "shading/atmosphere.glsl"
+#endif
+#ifdef HAS_GRIDS
+#include "shading/density_grids.glsl"
 #endif
 #ifdef HAS_LIGHTS
 layout(std430, binding = BIND_LIGHTS) readonly buffer light_buffer { light_record lights[]; };
@@ -84,6 +88,9 @@ uniform uvec2 u_light_chunk; // of the lists, the part that is walked: first ent
 
 #ifdef HAS_LIGHTS
 #include "lights/light_arriving.glsl"
+#ifdef HAS_GRIDS
+#include "lights/light_through_grids.glsl"
+#endif
 
 #if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
 uint light_lookups = 0u;
@@ -188,6 +195,10 @@ vec3 light_sent(light_record r, uint index, brdf_input b, vec3 position, vec3 ge
             arriving *= traced_transmittance();
             light_lookups++;
         }
+#endif
+#ifdef HAS_GRIDS
+        if (any(greaterThan(reflected * arriving, vec3(0.0))))
+            arriving *= light_through_grids(r, position);
 #endif
         sent = reflected * arriving;
     }

@@ -419,6 +419,7 @@ vec4 composite(ivec2 pixel)
         }
     }
 #elif defined HAS_ATMOSPHERE
+    atmosphere_begin(vec2(pixel) + 0.5);
     for (int first = 0; first < SAMPLES; first += WALKS) {
         float depth[WALKS];
         atmosphere_seen air[WALKS];
@@ -427,8 +428,8 @@ vec4 composite(ivec2 pixel)
         atmosphere_look_at(vec2(pixel) + 0.5, depth, air);
         for (int i = 0; i < WALKS; i++) {
             vec4 behind = OPAQUE_COLOR(first + i);
-            float t = air[i].through;
-            sum += vec4(air[i].light + t * behind.rgb, 1.0 - (1.0 - behind.a) * t);
+            air_share t = air[i].through;
+            sum += vec4(air[i].light + t * behind.rgb, 1.0 - (1.0 - behind.a) * air_mean(t));
 #ifdef HAS_BACKDROP
             seen += vec4(vec3(t * (1.0 - behind.a)), 1.0);
 #endif

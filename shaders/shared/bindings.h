@@ -91,6 +91,7 @@
 #define BIND_FILLED 15           /* u32: what is filled before it is built */
 #define BIND_ATMOSPHERE 11       /* while haze is lit: f32, three per slice of a column */
 #define BIND_ATMOSPHERE_REACH 10 /* likewise: f32 per column: farthest surface in it */
+#define BIND_SMOKE_LIGHT 11      /* while density grids are lit: vec4 per node of a column */
 #define BIND_PEELED 12           /* transparency: u32 per pixel: peeled_state.glsl */
 #define BIND_PEELED_SUMS 15      /* vec4 per sample: peeled_sums.glsl; haze is not there */
 #define BIND_ATMOSPHERE_SUMS 15  /* while surfaces are lit: f32, three per slice of a corner */
@@ -143,6 +144,11 @@
 #define UNIT_AREA_LOBES 28 /* samplerBuffer RGBA32F: struct area_lobe_record, 2 texels each */
 #define UNIT_REFRACTION_LEVELS 29 /* sampler2D: the picture without what bends light */
 #define UNIT_SHADOW_TEXELS 30     /* samplerBuffer RGBA32F: shadow_texel.glsl */
-#define UNIT_LIGHT_FRONT 22       /* linked light lists: sampler2D R32F, depth of front faces */
+/* density grids, while surfaces are lit and composited, when no texture of a material is bound */
+#define UNIT_GRID_RECORDS 0 /* usamplerBuffer RGBA32UI: struct grid_record */
+#define UNIT_GRID_BRICKS 1  /* usamplerBuffer R32UI: 1 + index of the values; 0: empty */
+#define UNIT_GRID_VALUES 2  /* samplerBuffer RG32F: GRID_BRICK_TEXELS per brick */
+#define UNIT_SMOKE_LIGHT 3  /* samplerBuffer RGBA32F: as BIND_SMOKE_LIGHT */
+#define UNIT_LIGHT_FRONT 22 /* linked light lists: sampler2D R32F, depth of front faces */
 
 #endif

@@ -145,11 +145,26 @@ struct light_record {
     uint type;           /* LIGHT_* */
     uint shadow;         /* index of shadow_record, where shadows are traced any; or NO_SHADOW */
     float spot_offset;   /* -cos_out * scale */
-    uint pad;
+    uint dims_in_grids;  /* not 0: density grids shadow it */
 };
 LAYOUT(light_record, color, 16)
 LAYOUT(light_record, type, 48)
 LAYOUT_SIZE(light_record, 64)
+
+/* A density grid in view space, read as GRID_RECORD_TEXELS of UNIT_GRID_RECORDS. */
+#define GRID_RECORD_TEXELS 6
+#define GRIDS_MAX 8           /* that a rasterised picture shows */
+#define GRID_BRICK_TEXELS 648 /* 8 x 9 x 9 pairs: renderer/scene/grid_texels.h */
+struct grid_record {
+    vec4 row_0, row_1, row_2; /* voxels = rows * (view position, 1) */
+    uvec4 size_brick;         /* xyz: voxels; w: first of its bricks */
+    vec4 sigma_dark;          /* rgb: extinction of a value of 1 [1/m]; w: the integral of the value
+                                 behind which nothing is seen [m] */
+    vec4 color_anisotropy;    /* rgb: the share that scatters */
+};
+LAYOUT(grid_record, size_brick, 48)
+LAYOUT(grid_record, color_anisotropy, 80)
+LAYOUT_SIZE(grid_record, 96)
 
 struct area_record { /* beside each light_record; zero where that is no area */
     vec4 half_u;     /* xyz: from the centre, view space [m]; w 1: the inscribed disk */

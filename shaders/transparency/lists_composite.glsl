@@ -134,6 +134,7 @@ void layers_composite(ivec2 pixel, int first_sample, pixel_layers layers,
 #ifdef HAS_ATMOSPHERE
     vec2 middle = vec2(pixel) + 0.5;
     vec3 media_before[WALKS];
+    atmosphere_begin(middle);
     air_begin();
     for (int i = 0; i < WALKS; i++)
         media_before[i] = media_transmittance(i);
@@ -178,7 +179,7 @@ void layers_composite(ivec2 pixel, int first_sample, pixel_layers layers,
         through[i] = share_round(share[i]) * media_transmittance(i);
 #ifdef HAS_ATMOSPHERE
         media_air(i, ends[i].light, share[i], media_before[i], light[i]);
-        through[i] *= IS_BENT(i) ? 1.0 : ends[i].through;
+        through[i] *= IS_BENT(i) ? air_share(1.0) : ends[i].through;
 #endif
         radiance[i] = wide_round(light[i]);
     }
@@ -204,6 +205,7 @@ void layers_composite(ivec2 pixel, int first_sample, pixel_layers layers,
 #endif
 #ifdef HAS_ATMOSPHERE
     vec2 middle = vec2(pixel) + 0.5;
+    atmosphere_begin(middle);
     air_begin();
 #endif
     for (uint k = layers.first; k < layers.end; k++) {
@@ -242,7 +244,7 @@ void layers_composite(ivec2 pixel, int first_sample, pixel_layers layers,
         radiance[i] = wide_round(light[i]);
         through[i] = share_round(share[i]);
 #ifdef HAS_ATMOSPHERE
-        through[i] *= IS_BENT(i) ? 1.0 : ends[i].through;
+        through[i] *= IS_BENT(i) ? air_share(1.0) : ends[i].through;
 #endif
     }
 #ifdef HAS_REFRACTION

@@ -34,7 +34,7 @@ enum content {
     TEXTURED,   /* and textures, which the reference samples without mipmaps */
     AREA_LIGHT, /* a rectangle of light: a map takes its centre alone */
     HAZE,       /* beams behind glass */
-    SMOKE,      /* a density grid, which rays alone draw */
+    SMOKE,      /* a density grid */
     CONTENTS
 };
 
@@ -63,8 +63,8 @@ static const struct technique techniques[] = {
     {"deep",
      SAME_SAMPLES,
      {DEEP, .samples = 1},
-     {0.025, 0.11, 0.4, 0.025},
-     {0.0075, 0.15, 0.55, 0.01},
+     {0.025, 0.11, 0.4, 0.025, 0.02},
+     {0.0075, 0.15, 0.55, 0.01, 0.0065},
      false},
     {"deep, 1 tap",
      SAME_SAMPLES,
@@ -87,20 +87,20 @@ static const struct technique techniques[] = {
     {"deep-linked",
      SAME_SAMPLES,
      {LINKED, .samples = 1},
-     {0.025, 0.11, 0, 0.025},
-     {0.0075, 0.15, 0, 0.01},
+     {0.025, 0.11, 0, 0.025, 0.02},
+     {0.0075, 0.15, 0, 0.01, 0.0065},
      false},
     {"translucent",
      SAME_SAMPLES,
      {TRANSLUCENT, .samples = 1},
-     {0.025, 0.11, 0, 0.04},
-     {0.0075, 0.15, 0, 0.02},
+     {0.025, 0.11, 0, 0.04, 0.065},
+     {0.0075, 0.15, 0, 0.02, 0.024},
      false},
     {"composited",
      SAME_SAMPLES,
      {COMPOSITED, .samples = 1},
-     {0.025, 0.11, 0, 0.03},
-     {0.0075, 0.15, 0, 0.012},
+     {0.025, 0.11, 0, 0.03, 0.02},
+     {0.0075, 0.15, 0, 0.012, 0.0065},
      false},
     {"moments",
      SAME_SAMPLES,
@@ -111,8 +111,8 @@ static const struct technique techniques[] = {
     {"colored-stochastic",
      SAME_SAMPLES,
      {COLORED, .samples = 1},
-     {0.2, 0.2, 0, 0.06},
-     {0.16, 0.2, 0, 0.035},
+     {0.2, 0.2, 0, 0.06, 0.09},
+     {0.16, 0.2, 0, 0.035, 0.05},
      false},
     {"raytraced-shadows",
      SAME_SAMPLES,

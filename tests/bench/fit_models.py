@@ -160,16 +160,30 @@ def smoke(case, trace):
                   surfaces * work["grid_shadow_cells"])]
 
 
+def smoke_drawn(case, shade_speed):
+    """What grids add to a rasterised frame."""
+    work, ns = case["workload"], NS * shade_speed
+    surfaces = work["pixels"] * (work["layers"] + work["covered"])
+    return [ns * work["grid_nodes"], ns * work["grid_node_lights"],
+            ns * (work["pixels"] * work["grid_cells"] + work["grid_node_cells"] +
+                  surfaces * work["grid_shadow_cells"])]
+
+
 def fit_grids(paths):
-    rows, targets = [], []
+    rows, targets = {"raytraced": [], "deep": []}, {"raytraced": [], "deep": []}
     for path in paths:
         with open(path, encoding="utf-8") as file:
             results = json.load(file)["results"]
-        trace = next(one["trace"] for one in results if one["suite"] == "speed")
-        cases = [one for one in results if one["suite"] == "grids"]
-        rows += [smoke(case, trace) for case in cases]
-        targets += [case["with_ms"] - case["without_ms"] for case in cases]
-    tell("smoke", ["grid_point", "grid_cell"], rows, targets)
+        speed = next(one for one in results if one["suite"] == "speed")
+        for case in results:
+            if case["suite"] == "grids":
+                row = (smoke(case, speed["trace"]) if case["technique"] == "raytraced" else
+                       smoke_drawn(case, speed["shade"]))
+                rows[case["technique"]].append(row)
+                targets[case["technique"]].append(case["with_ms"] - case["without_ms"])
+    tell("smoke", ["grid_point", "grid_cell"], rows["raytraced"], targets["raytraced"])
+    tell("smoke, rasterised", ["smoke_node", "smoke_light", "smoke_cell"], rows["deep"],
+         targets["deep"])
 
 
 # ---- auto ----

@@ -32,7 +32,7 @@ static const struct suite suites[] = {
     {"environment", "light from all around: rasterised, ray traced by the sample, its error",
      suite_environment},
     {"smoke", "haze in the scene's own lights by each technique, and its error", suite_smoke},
-    {"grids", "what smoke adds to ray traced frames against its forecast", suite_grids},
+    {"grids", "what smoke adds to frames against its forecast", suite_grids},
     {"traced", "ray traced pictures against a bare ray tracer on Embree", suite_traced},
     {"techniques", "each shadow technique against the number of translucent quads",
      suite_techniques},

@@ -165,6 +165,28 @@ static void every_technique_builds_what_is_listed(void **state)
     close_case(&c);
 }
 
+static void smoke_builds_what_is_listed(void **state)
+{
+    (void)state;
+    static const double plane[4] = {1, 0, 0, 0.2};
+    struct program_case c = {.renderer = render_rig_create()};
+    random_panes_scene_build(
+        &(struct random_panes_scene_desc){
+            .pane_count = 3, .seed = 9, .light = GLB_LIGHT_POINT, .has_smoke = true},
+        &c.closed_form);
+    rig_scene_open(&c.rig, c.renderer, "smoke", c.closed_form.glb, c.closed_form.size_bytes);
+    for (int i = 0; i < 4; i++) { /* alone, behind a cut, in haze, without shadows */
+        struct view view = small_view();
+        view.quality.shadows = i == 3 ? SHADOWS_NONE : SHADOWS_DEEP;
+        view.clip_planes = &plane;
+        view.clip_plane_count = i == 1;
+        view.atmosphere = (struct view_atmosphere){.density_per_m = i == 2 ? 0.05 : 0};
+        assert_true(check_programs(&c, &view) > 0);
+        assert_int_equal(check_programs(&c, &view), 0);
+    }
+    close_case(&c);
+}
+
 /* The demo scene has textured glass, which leaves grids of triangles to rays. */
 static void grids_of_triangles_build_what_is_listed(void **state)
 {
@@ -490,6 +512,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_technique_builds_what_is_listed),
         cmocka_unit_test(grids_of_triangles_build_what_is_listed),
+        cmocka_unit_test(smoke_builds_what_is_listed),
         cmocka_unit_test(lists_outputs_and_cameras_build_what_is_listed),
         cmocka_unit_test(pictures_for_a_screen_build_what_is_listed),
         cmocka_unit_test(cuts_and_compression_build_what_is_listed),

@@ -125,6 +125,8 @@ static void smoke_is_counted_by_rays_lights_and_cells(void **state)
     assert_true(fabs(smoky.grid_lights - 0.25) < 0.06);
     assert_true(smoky.grid_cells >= 2 * smoky.grid_lights);
     assert_true(smoky.grid_lit_cells >= smoky.grid_lights && smoky.grid_shadow_cells == 0);
+    assert_true(smoky.grid_nodes > 0 && smoky.grid_node_lights == smoky.grid_nodes);
+    assert_true(smoky.grid_node_cells >= smoky.grid_node_lights);
     const struct device_speed speed = {1, 1, 1, 1, 1};
     const struct forecast_setting few = {.samples = 1, .has_shadows = true},
                                   many = {.samples = 4, .has_shadows = true};
@@ -134,6 +136,11 @@ static void smoke_is_counted_by_rays_lights_and_cells(void **state)
     forecast_add_rays(&(struct forecast_frame){&smoky, &many, &speed}, four);
     double ratio = four[FORECAST_TERM_GRIDS] / one[FORECAST_TERM_GRIDS];
     assert_true(ratio > 2.2 && ratio < 2.8); /* 12 points of four samples, 20 of one */
+    double rasterised[FORECAST_TERM_COUNT] = {0}, again[FORECAST_TERM_COUNT] = {0};
+    forecast_add_surfaces(&(struct forecast_frame){&smoky, &few, &speed}, rasterised);
+    forecast_add_surfaces(&(struct forecast_frame){&smoky, &many, &speed}, again);
+    assert_true(rasterised[FORECAST_TERM_GRIDS] > 0); /* samples of a round share the ray */
+    assert_true(rasterised[FORECAST_TERM_GRIDS] == again[FORECAST_TERM_GRIDS]);
     rig.view.grids = none;
     rig.view.grid_override_count = 1;
     narrow = measure(&rig);
@@ -143,6 +150,7 @@ static void smoke_is_counted_by_rays_lights_and_cells(void **state)
     rig.light.range = 1;
     narrow = measure(&rig);
     assert_true(narrow.grid_lights == 0 && narrow.grid_cells == smoky.grid_cells);
+    assert_true(narrow.grid_nodes == smoky.grid_nodes && narrow.grid_node_lights == 0);
     rig_close(&rig);
 }
 
