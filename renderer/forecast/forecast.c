@@ -52,8 +52,8 @@ const struct device_costs forecast_costs = {
     .area_point = 600,
     .area_asked = 120,
     .built_triangle = 281,
-    .volume_point = 400,
-    .volume_face = 100,
+    .volume_point = 850,
+    .volume_triangle = 2700,
     .haze_slice = 110,
     .haze_ray = 11,
     .grid_point = 527,
@@ -344,7 +344,7 @@ void forecast_add_volumes(const struct forecast_frame *frame, double terms[FOREC
         MS * rounds * w->pixels * (c->point_pixel + more * c->msaa_point_pixel);
     some[FORECAST_TERM_MAPS] +=
         MS * (double)w->shadowed_lights *
-        (surfaces * c->volume_point + rounds * w->triangles * w->pixels / 1000 * c->volume_face);
+        (surfaces * c->volume_point + rounds * w->triangles * c->volume_triangle);
     spread(some, frame->speed->maps, terms);
 }
 

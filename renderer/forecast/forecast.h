@@ -88,8 +88,8 @@ struct device_costs {
      * not; a triangle that is asked at a surface for a light that does. */
     double area_triangle, area_point, area_asked;
     double built_triangle;
-    double volume_point, volume_face; /* shadow volumes: a light at a surface; a triangle for a
-                                         light and a thousand pixels */
+    double volume_point, volume_triangle; /* shadow volumes: a light at a surface, with the faces
+                                             that its pixel shows; a triangle for a light */
     double haze_slice, haze_ray;  /* a slice of the haze's grid; a ray from it, per doubling of the
                                      triangles. What maps take of its lights is as of surfaces */
     double grid_point, grid_cell; /* a point of a density grid for a light in reach, with its ray; a

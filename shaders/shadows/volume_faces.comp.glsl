@@ -76,18 +76,20 @@ void cut(inout vec2 t, float x, float y)
         t.y = min(t.y, x / (x - y));
 }
 
-// Its columns within rows, of its outline cut there.
-vec2 columns_within(vec2 rows)
+// Its columns within rows, of its outline cut there, and how far ways have come there at least.
+vec2 columns_within(vec2 rows, out float nearest)
 {
     vec2 found = vec2(1e9, -1e9);
+    nearest = 1e30;
     for (int i = 0; i < 5; i++) {
         vec2 t = vec2(0.0, 1.0);
         cut(t, above_row(rows.x, begins[i]), above_row(rows.x, ends[i]));
         cut(t, -above_row(rows.y, begins[i]), -above_row(rows.y, ends[i]));
         if (!is_there[i] || t.x > t.y)
             continue;
-        vec2 x = vec2(pixel_of(mix(begins[i], ends[i], t.x)).x,
-                      pixel_of(mix(begins[i], ends[i], t.y)).x);
+        vec4 a = mix(begins[i], ends[i], t.x), b = mix(begins[i], ends[i], t.y);
+        nearest = min(nearest, min(depth_of(a), depth_of(b)));
+        vec2 x = vec2(pixel_of(a).x, pixel_of(b).x);
         found = vec2(min(found.x, min(x.x, x.y)), max(found.y, max(x.x, x.y)));
     }
     return found;
@@ -151,7 +153,13 @@ void add_small(uint face, uvec2 begin, uvec2 size, uint least)
         small[atomicAdd(counters[VOLUME_SMALL], 1u)] = uvec2(face, volume_small_box(begin, size));
 }
 
-void find_spans(uint face, float nearest)
+// A depth that nothing before the face has, where ways cross it at `nearest`: that is rounded.
+uint order_before(float nearest, float size)
+{
+    return volume_order(nearest - 1e-4 * (abs(nearest) + size));
+}
+
+void find_spans(uint face, float size)
 {
     uvec2 first = ~uvec2(counters[VOLUME_FIRST_PIXEL], counters[VOLUME_FIRST_PIXEL + 1u]);
     uvec2 end = uvec2(counters[VOLUME_END_PIXEL], counters[VOLUME_END_PIXEL + 1u]);
@@ -164,19 +172,20 @@ void find_spans(uint face, float nearest)
     vec2 high = min(floor(vec2(x.y, y.y) + 0.5), vec2(end)); // past the last
     if (any(greaterThanEqual(low, high)))
         return;
-    uint least = volume_order(nearest);
-    uvec2 begin = uvec2(low), size = uvec2(high) - begin;
-    if (max(size.x, size.y) <= VOLUME_SMALL_SIDE_PX && size.x * size.y <= VOLUME_SMALL_PIXELS) {
-        add_small(face, begin, size, least);
+    uvec2 begin = uvec2(low), extent_px = uvec2(high) - begin;
+    if (max(extent_px.x, extent_px.y) <= VOLUME_SMALL_SIDE_PX &&
+        extent_px.x * extent_px.y <= VOLUME_SMALL_PIXELS) {
+        add_small(face, begin, extent_px, order_before(nearest_depth(), size));
         return;
     }
     const float side = float(VOLUME_TILE_PX);
     vec2 all = vec2(floor(low.x / side), ceil(high.x / side));
     uint row_end = (uint(high.y) + VOLUME_TILE_PX - 1u) / VOLUME_TILE_PX;
     for (uint row = begin.y / VOLUME_TILE_PX; row < row_end; row++) {
-        vec2 columns = columns_within(side * vec2(row, row + 1u) + vec2(-border, border));
+        float nearest;
+        vec2 columns = columns_within(side * vec2(row, row + 1u) + vec2(-border, border), nearest);
         columns = clamp((columns + vec2(-border, border)) / side, all.xx, all.yy);
-        find_row(face, row, uvec2(columns.x, ceil(columns.y)), least);
+        find_row(face, row, uvec2(columns.x, ceil(columns.y)), order_before(nearest, size));
     }
 }
 
@@ -215,6 +224,5 @@ void main()
     float least = 1e-5 * size;
 #endif
     find_outline(a, b, is_side ? away(b) : c, is_side ? away(a) : c, least);
-    // where ways cross it is rounded
-    find_spans(i, nearest_depth() - 1e-4 * (is_side ? size : max(size, size_of(c))));
+    find_spans(i, is_side ? size : max(size, size_of(c)));
 }
