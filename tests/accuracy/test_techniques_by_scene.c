@@ -57,6 +57,9 @@ struct technique {
 #define COLORED .shadows = SHADOWS_COLORED_STOCHASTIC
 #define RAYS .shadows = SHADOWS_RAYTRACED_SHADOWS
 #define TRACED .shadows = SHADOWS_RAYTRACED
+#define AREA .shadows = SHADOWS_AREA
+#define VOLUME .shadows = SHADOWS_VOLUME
+#define SILHOUETTE .shadows = SHADOWS_SILHOUETTE
 
 static const struct technique techniques[] = {
     {"map", SAME_SAMPLES, {MAP, .samples = 1}, {0.001, 0.11}, {5e-4, 0.15}, true},
@@ -120,6 +123,9 @@ static const struct technique techniques[] = {
      {4e-4, 0.11, 0.045, 0.013},
      {5e-5, 0.15, 0.085, 0.006},
      false},
+    {"area", SAME_SAMPLES, {AREA, .samples = 1}, {4e-4, 0.11, 0.045}, {5e-5, 0.15, 0.085}, false},
+    {"volume", SAME_SAMPLES, {VOLUME, .samples = 1}, {0.0015, 0.11}, {0.001, 0.15}, false},
+    {"silhouette", SAME_SAMPLES, {SILHOUETTE, .samples = 1}, {0.0015, 0.11}, {0.001, 0.15}, false},
     {"raytraced",
      SAME_SAMPLES,
      {TRACED, .samples = 1},
