@@ -158,10 +158,17 @@ static struct workload guess_work(const struct choice_frame *frame)
     double lights = (double)frame->lights, triangles = (double)frame->triangles;
     const double smoke = frame->has_grids; /* three of four generated scenes have less of it */
     const double nodes = 0.38 * frame->pixels * smoke;
+    /* Half of the generated scenes with glass have more layers before one another. */
+    double sides = frame->haze_slices > 0 || frame->has_grids ? 0 : frame->peeled_sides;
+    double peels = sides > 0 ? 4 / sides : 0;
     return (struct workload){
         .pixels = frame->pixels,
         .covered = 0.3,
         .layers = 0.1,
+        .peeled_sides = sides,
+        .peels = peels,
+        .peeled_pixels = 0.1 * peels,
+        .peeled_triangles = 0.2 * triangles,
         .lit = fmin(0.8 * lights, 3),
         .listed = lights, /* as those without a range are */
         .textures = 1.5,
@@ -175,6 +182,7 @@ static struct workload guess_work(const struct choice_frame *frame)
         .map_triangles = 1.5 * lights * triangles,
         .deep_triangles = 0.2 * lights * triangles,
         .deep_share = 0.3,
+        .deep_layers = 6, /* half of the generated scenes with panes have more */
         .haze_slices = 0.7 * frame->haze_slices, /* the others are behind what is seen */
         .haze_lit = 0.5 * lights,                /* many are spots */
         .grid_cells = 10 * smoke,

@@ -62,6 +62,7 @@ struct choice_frame {
     double haze_slices;        /* of columns of its grid; 0: there is no haze */
     bool has_grids;            /* of density */
     int atmosphere_samples;    /* 0: the default */
+    int peeled_sides;          /* of the transparency that is asked for, as struct workload */
     bool is_warm;              /* what is kept between frames is there, */
     double shadow_bytes;       /* but for shadow maps beyond this budget, which are made anew for
                                   each; 0 = any */

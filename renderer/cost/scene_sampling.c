@@ -14,8 +14,15 @@ enum {
     CELLS = COLUMNS * ROWS,
     TRIANGLES_MAX = 4096, /* sampled: half a millisecond */
     ITEM_TRIANGLES_MIN = 4,
-    CORNERS_MAX = 9, /* of a triangle cut by five planes, and one to spare */
+    FINE = 4, /* rays through a cell, per side, where layers are peeled */
+    POINTS = CELLS * FINE * FINE,
+    PEELED_TRIANGLES_MAX = 1 << 16, /* that are laid over them: 20 milliseconds */
+    CORNERS_MAX = 9,                /* of a triangle cut by five planes, and one to spare */
 };
+
+/* Where peeling ends (shaders/transparency/peeled_add.comp.glsl), -log2; layers that edges add with
+ * samples, times: as on generated scenes of panes. */
+static const double PEELED_STOPS = 25, PEELED_EDGES = 2;
 
 struct polygon { /* in view space: x right, y up, z forward */
     double corners[CORNERS_MAX][3];
@@ -27,9 +34,16 @@ struct sampled {    /* a triangle's visible part */
     double weight;  /* triangles that it stands for */
     double x, y, z; /* middle, in cells; view depth */
     double world[3], normal[3];
+    double plane[4]; /* in view space: x, y and z by the first three make the fourth */
     bool is_opaque;
     int textures;
     struct polygon shown; /* x and y in cells, z the depth */
+};
+
+/* A ray of the camera, before what is opaque: transparent surfaces, and -log2 of what they let
+ * through. */
+struct peeled_point {
+    double layers, stops;
 };
 
 struct canvas {
@@ -38,6 +52,8 @@ struct canvas {
     size_t count;
     double covered[CELLS]; /* share of the cell's area with something opaque */
     double depth[CELLS];   /* of what is opaque */
+    double end[CELLS];     /* the same, of planes in the cell's middle */
+    struct peeled_point points[POINTS];
 };
 
 /* ---- clipping ---- */
@@ -106,6 +122,15 @@ static int count_textures(const struct scene_material *material)
     return count;
 }
 
+static void set_plane(struct sampled *sampled)
+{
+    double edges[2][3];
+    vec3_sub(sampled->shown.corners[1], sampled->shown.corners[0], edges[0]);
+    vec3_sub(sampled->shown.corners[2], sampled->shown.corners[0], edges[1]);
+    vec3_cross(edges[0], edges[1], sampled->plane);
+    sampled->plane[3] = vec3_dot(sampled->plane, sampled->shown.corners[0]);
+}
+
 static void take_triangle(struct canvas *canvas, const struct state_item *item, uint32_t triangle,
                           double weight)
 {
@@ -122,6 +147,7 @@ static void take_triangle(struct canvas *canvas, const struct state_item *item, 
         camera_to_view(camera, world[i], sampled->shown.corners[i]);
     }
     sampled->shown.count = 3;
+    set_plane(sampled);
     clip(camera, &sampled->shown);
     double area = 0.5 * project(camera, &sampled->shown) * (item->is_mirrored ? -1 : 1);
     bool is_culled =
@@ -164,9 +190,12 @@ static void sample(struct canvas *canvas, struct scene_sampling *sampling)
     for (size_t i = 0; i < state->whole_count; i++) {
         double triangles = triangles_of(state, &state->items[i]);
         sampling->triangles += triangles;
-        if (camera_may_see(canvas->desc->camera, state->items[i].center, state->items[i].radius_m,
-                           1))
-            sampling->triangles_in_view += triangles;
+        if (!camera_may_see(canvas->desc->camera, state->items[i].center, state->items[i].radius_m,
+                            1))
+            continue;
+        sampling->triangles_in_view += triangles;
+        if (state->items[i].class_ == STATE_TRANSPARENT)
+            sampling->peeled_triangles += triangles;
     }
     double share = fmin(1, TRIANGLES_MAX / (2 * fmax(sampling->triangles_in_view, 1)));
     for (size_t i = 0; i < state->whole_count; i++) {
@@ -243,11 +272,157 @@ static void spread(struct canvas *canvas, const struct sampled *sampled, visit_c
                 visit(canvas, sampled, row * COLUMNS + column, sampled->weight);
 }
 
+/* Of the triangle's plane at a place in cells, not beyond the triangle. */
+static double depth_at(const struct camera *camera, const struct sampled *sampled, double column,
+                       double row)
+{
+    double low = sampled->z, high = sampled->z;
+    for (int i = 0; i < sampled->shown.count; i++) {
+        low = fmin(low, sampled->shown.corners[i][2]);
+        high = fmax(high, sampled->shown.corners[i][2]);
+    }
+    double x = (2 * column / COLUMNS - 1) * camera->half_width;
+    double y = (2 * row / ROWS - 1) * camera->half_height;
+    const double *plane = sampled->plane;
+    double aside = x * plane[0] + y * plane[1];
+    double depth =
+        camera->is_orthographic ? (plane[3] - aside) / plane[2] : plane[3] / (plane[2] + aside);
+    return isfinite(depth) ? fmin(fmax(depth, low), high) : sampled->z;
+}
+
 static void cover(struct canvas *canvas, const struct sampled *sampled, int cell, double share)
 {
     canvas->covered[cell] += share;
+    if (share >= 0.5)
+        canvas->end[cell] =
+            fmin(canvas->end[cell], depth_at(canvas->desc->camera, sampled, cell % COLUMNS + 0.5,
+                                             cell / COLUMNS + 0.5));
     if (share >= 0.5 || canvas->covered[cell] >= 0.5)
         canvas->depth[cell] = fmin(canvas->depth[cell], sampled->z);
+}
+
+int workload_peeled_sides(enum transparency transparency)
+{
+    return transparency == TRANSPARENCY_DEPTH_PEELING        ? 1
+           : transparency == TRANSPARENCY_DUAL_DEPTH_PEELING ? 2
+                                                             : 0;
+}
+
+/* Of the view; 0 where its layers have lists, as renderer/plan/plan.c chooses. */
+static int peeled_sides(const struct workload_desc *desc)
+{
+    const struct scene_state *state = desc->state;
+    const struct view *view = desc->view;
+    bool bends = false, has_media = false;
+    for (size_t i = 0; i < state->whole_count; i++) {
+        const struct state_item *item = &state->items[i];
+        bool is_seen = camera_may_see(desc->camera, item->center, item->radius_m, 1);
+        bends |= is_seen && item->bend != STATE_BEND_NONE;
+        has_media |= is_seen && item->is_medium;
+    }
+    bends &= view->quality.refraction != VIEW_REFRACTION_OFF;
+    if (bends || has_media || view_has_atmosphere(view) || state->grid_count ||
+        state->ground_plane.is_there || view->outputs != 1u << VIEW_OUTPUT_COLOR)
+        return 0;
+    return workload_peeled_sides(view->quality.transparency);
+}
+
+/* -log2 of what the surface lets through; 0 where textures or colours tell. */
+static double stops_of(const struct scene_state *state, const struct state_item *item)
+{
+    const struct scene_material *m = &state->materials[item->material].base;
+    bool is_plain = m->alpha_mode == SCENE_BLEND && m->transmission <= 0 &&
+                    m->textures[SCENE_TEXTURE_BASE_COLOR].texture < 0;
+    return is_plain ? fmin(-log2(fmax(1 - (double)m->base_color[3], 1e-9)), PEELED_STOPS) : 0;
+}
+
+/* Lays a transparent triangle over the points. */
+static void lay_over(struct canvas *canvas, const struct sampled *sampled, double weight,
+                     double stops)
+{
+    double low[2] = {DBL_MAX, DBL_MAX}, high[2] = {0, 0};
+    for (int i = 0; i < sampled->shown.count; i++)
+        for (int k = 0; k < 2; k++) {
+            low[k] = fmin(low[k], FINE * sampled->shown.corners[i][k]);
+            high[k] = fmax(high[k], FINE * sampled->shown.corners[i][k]);
+        }
+    for (int row = (int)low[1]; row < ROWS * FINE && row < high[1]; row++)
+        for (int column = (int)low[0]; column < COLUMNS * FINE && column < high[0]; column++) {
+            double x = (column + 0.5) / FINE, y = (row + 0.5) / FINE;
+            struct peeled_point *point = &canvas->points[row * COLUMNS * FINE + column];
+            if (!holds(&sampled->shown, x, y) ||
+                depth_at(canvas->desc->camera, sampled, x, y) > canvas->end[cell_at(x, y)])
+                continue;
+            point->layers += weight;
+            point->stops += weight * stops;
+        }
+}
+
+static void lay_all_over(struct canvas *canvas, const struct scene_sampling *sampling)
+{
+    const struct scene_state *state = canvas->desc->state;
+    uint32_t step = 1 + (uint32_t)(sampling->peeled_triangles / PEELED_TRIANGLES_MAX);
+    for (size_t i = 0; i < state->whole_count; i++) {
+        const struct state_item *item = &state->items[i];
+        double stops = stops_of(state, item);
+        if (item->class_ != STATE_TRANSPARENT ||
+            !camera_may_see(canvas->desc->camera, item->center, item->radius_m, 1))
+            continue;
+        for (uint32_t t = 0; t < triangles_of(state, item); t += step) {
+            canvas->count = 0;
+            take_triangle(canvas, item, t, step);
+            if (canvas->count)
+                lay_over(canvas, &canvas->items[0], step, stops);
+        }
+    }
+}
+
+/* Layers until no pixel lets anything through, which is looked at after every few sets, and no more
+ * than are peeled (renderer/transparency/peeling.c). */
+static double most_layers(const struct canvas *canvas, int sides)
+{
+    const double look = 8.0 * sides, end_of_all = 512;
+    double most = 0, needed = 0;
+    for (int i = 0; i < POINTS; i++) {
+        const struct peeled_point *point = &canvas->points[i];
+        double end = point->stops > PEELED_STOPS ? PEELED_STOPS * point->layers / point->stops
+                                                 : point->layers;
+        most = fmax(most, point->layers);
+        needed = fmax(needed, end);
+    }
+    return fmin(fmin(most, end_of_all), look * ceil(needed / look));
+}
+
+/* Each time layers are drawn and lit in the bounds of what has one left. With samples, pixels that
+ * an edge crosses have a layer on each of its sides. */
+static void count_peels(const struct canvas *canvas, int sides, struct scene_sampling *sampling)
+{
+    double edges = canvas->desc->view->quality.samples == 1 ? 1 : PEELED_EDGES;
+    double most = most_layers(canvas, sides), step = sides / edges;
+    for (double peeled = 0; peeled < most; peeled += step) {
+        int low[2] = {COLUMNS * FINE, ROWS * FINE}, high[2] = {0, 0};
+        for (int i = 0; i < POINTS; i++) {
+            const int at[2] = {i % (COLUMNS * FINE), i / (COLUMNS * FINE)};
+            for (int k = 0; k < 2 && canvas->points[i].layers > peeled; k++) {
+                low[k] = at[k] < low[k] ? at[k] : low[k];
+                high[k] = at[k] + 1 > high[k] ? at[k] + 1 : high[k];
+            }
+        }
+        sampling->peeled_pixels += fmax(high[0] - low[0], 0) * fmax(high[1] - low[1], 0) / POINTS;
+        sampling->peels++;
+    }
+}
+
+static void sample_peels(struct canvas *canvas, struct scene_sampling *sampling)
+{
+    int sides = peeled_sides(canvas->desc);
+    sampling->peeled_sides = sampling->peeled_triangles > 0 ? sides : 0;
+    if (!sampling->peeled_sides) {
+        sampling->peeled_triangles = 0;
+        return;
+    }
+    lay_all_over(canvas, sampling);
+    count_peels(canvas, sides, sampling);
 }
 
 static bool is_seen(const struct canvas *canvas, const struct sampled *sampled)
@@ -297,7 +472,7 @@ bool scene_sampling_run(struct scene_sampling *sampling, const struct workload_d
         canvas->desc = desc;
         canvas->items = items;
         for (int i = 0; i < CELLS; i++)
-            canvas->depth[i] = DBL_MAX;
+            canvas->depth[i] = canvas->end[i] = DBL_MAX;
         sample(canvas, sampling);
         for (size_t i = 0; i < canvas->count; i++)
             if (items[i].is_opaque)
@@ -310,6 +485,7 @@ bool scene_sampling_run(struct scene_sampling *sampling, const struct workload_d
             sampling->depths[i] = canvas->depth[i] < DBL_MAX ? (float)canvas->depth[i] : INFINITY;
         }
         choose_points(canvas, sampling);
+        sample_peels(canvas, sampling);
     }
     free(items);
     free(canvas);

@@ -21,6 +21,10 @@ void technique_forecast_terms(enum shadow_technique technique, const struct fore
         forecast_add_rays(frame, terms);
     else
         forecast_add_surfaces(frame, terms);
+    /* rays that find the shadows of a window take lists */
+    if (!shadow_technique_is_renderer(technique) &&
+        (!structure || structure->scope == SHADOW_PER_LIGHT))
+        forecast_add_peels(frame, terms);
     if (structure && frame->setting->has_shadows)
         structure->forecast(frame, terms);
 }

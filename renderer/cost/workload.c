@@ -2,11 +2,15 @@
 /* Counts of lights, shadow maps and what is drawn into them. */
 #include "renderer/cost/workload.h"
 
+#include <stdlib.h>
+
 #include "protocol/quality_defaults.h"
 #include "renderer/base/matrix.h"
 #include "renderer/lights/clusters.h"
 #include "renderer/scene/atmosphere_grid.h"
+#include "renderer/shadows/shadow_casters.h"
 #include "renderer/shadows/shadow_frame.h"
+#include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"
@@ -194,7 +198,29 @@ static double share_of_face(const struct shadow_frame *frame, double corners[3][
 /* What one light's maps hold. */
 struct map_load {
     double faces, opaque, transparent, events; /* events: in units of a face's texels */
+    double layers;                             /* where the view asks for maps that have several */
 };
+
+/* As the maps are divided when they are built. What is refused then has no layers here. */
+static bool count_layers(const struct workload_desc *desc, const struct shadow_frame *frame,
+                         uint32_t light, struct map_load *load, struct error *err)
+{
+    const struct shadow_method *method = shadow_method_of(desc->view->quality.shadows);
+    struct shadow_map map = {.frame = *frame,
+                             .method = method,
+                             .resolution = SHADOW_RESOLUTION_DEFAULT,
+                             .is_faithful = desc->view->quality.faithful};
+    struct shadow_build build = {.map = &map, .light = light};
+    struct error refused = {0};
+    if (!method || !method->structure->divide)
+        return true;
+    bool ok = shadow_casters_collect(&build.casters, frame, desc->state, err);
+    if (ok && method->structure->divide(&build, desc->state, &refused))
+        load->layers = map.layers;
+    free(build.partitions);
+    shadow_casters_finish(&build.casters);
+    return ok;
+}
 
 static void add_events(const struct workload_desc *desc, const struct shadow_frame *frame,
                        const struct state_item *item, double budget, struct map_load *load)
@@ -211,15 +237,16 @@ static void add_events(const struct workload_desc *desc, const struct shadow_fra
     load->events += sum * triangles / fmax(taken, 1);
 }
 
-static bool load_map(const struct workload_desc *desc, const struct state_light *light,
-                     struct map_load *load)
+static bool load_map(const struct workload_desc *desc, size_t index, struct map_load *load,
+                     struct error *err)
 {
+    const struct state_light *light = &desc->state->lights[index];
     struct shadow_frame frame;
     double transparent = 0;
     *load = (struct map_load){0};
     if (!light->casts_shadow ||
         !shadow_frame_init(&frame, light, desc->state, SHADOW_RESOLUTION_DEFAULT))
-        return false;
+        return true;
     for (int pass = 0; pass < 2; pass++) /* counted first, to know how many to sample of each */
         for (size_t i = 0; i < desc->state->whole_count; i++) {
             const struct state_item *item = &desc->state->items[i];
@@ -237,13 +264,13 @@ static bool load_map(const struct workload_desc *desc, const struct state_light 
                 drawn * __builtin_popcount(faces);
         }
     load->faces = frame.face_count;
-    return load->opaque + load->transparent > 0;
+    return !(load->transparent > 0) || count_layers(desc, &frame, (uint32_t)index, load, err);
 }
 
-static void measure_maps(struct workload *workload, const struct workload_desc *desc,
-                         const struct light_reach *reach)
+static bool measure_maps(struct workload *workload, const struct workload_desc *desc,
+                         const struct light_reach *reach, struct error *err)
 {
-    double events = 0;
+    double events = 0, layers = 0;
     size_t step = workload->lights / LIGHTS_SAMPLED + 1, visible = 0, taken = 0;
     double shadowed = 0, deep = 0;
     for (size_t i = 0; i < desc->state->light_count; i++) {
@@ -251,7 +278,9 @@ static void measure_maps(struct workload *workload, const struct workload_desc *
         if (!reach->is_in_view[i] || visible++ % step != 0)
             continue;
         taken++;
-        if (!load_map(desc, &desc->state->lights[i], &load))
+        if (!load_map(desc, i, &load, err))
+            return false;
+        if (!(load.opaque + load.transparent > 0))
             continue;
         shadowed++;
         deep += load.transparent > 0;
@@ -260,15 +289,18 @@ static void measure_maps(struct workload *workload, const struct workload_desc *
         workload->map_triangles += load.opaque;
         workload->deep_triangles += load.transparent;
         events += load.events;
+        layers += load.faces * load.layers;
     }
     double scale = taken ? (double)workload->lights / (double)taken : 0;
     workload->deep_share = workload->deep_faces > 0 ? events / workload->deep_faces : 0;
+    workload->deep_layers = workload->deep_faces > 0 ? layers / workload->deep_faces : 0;
     workload->shadowed_lights = (size_t)round(shadowed * scale);
     workload->deep_lights = (size_t)round(deep * scale);
     workload->map_faces *= scale;
     workload->deep_faces *= scale;
     workload->map_triangles *= scale;
     workload->deep_triangles *= scale;
+    return true;
 }
 
 bool workload_measure(struct workload *workload, const struct workload_desc *desc,
@@ -282,6 +314,10 @@ bool workload_measure(struct workload *workload, const struct workload_desc *des
     if (ok) {
         workload->covered = sampling.covered;
         workload->layers = sampling.layers;
+        workload->peeled_sides = sampling.peeled_sides;
+        workload->peels = sampling.peels;
+        workload->peeled_pixels = sampling.peeled_pixels;
+        workload->peeled_triangles = sampling.peeled_triangles;
         workload->textures = sampling.textures;
         workload->triangles = sampling.triangles;
         workload->triangles_in_view = sampling.triangles_in_view;
@@ -289,7 +325,7 @@ bool workload_measure(struct workload *workload, const struct workload_desc *des
         workload->lit = count_lit(desc, &sampling, reach);
         workload->directions = count_directions(desc->view);
         workload->listed = count_listed(desc, &sampling, reach);
-        measure_maps(workload, desc, reach);
+        ok = measure_maps(workload, desc, reach, err);
         measure_haze(workload, desc, &sampling);
         workload_measure_grids(workload, desc, &sampling);
     }

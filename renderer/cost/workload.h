@@ -19,6 +19,9 @@ struct workload_desc {
 MUST_CHECK bool workload_measure(struct workload *workload, const struct workload_desc *desc,
                                  struct error *err);
 
+/* Layers that the transparency peels at a time; 0: it has others. */
+int workload_peeled_sides(enum transparency transparency);
+
 /* ---- the parts ---- */
 
 /* A visible surface, somewhere. */
@@ -31,6 +34,7 @@ enum { SCENE_SAMPLES_MAX = 64, SCENE_COLUMNS = 32, SCENE_ROWS = 18 };
 
 struct scene_sampling {
     double covered, layers, textures, triangles, triangles_in_view;
+    double peeled_sides, peels, peeled_pixels, peeled_triangles; /* as struct workload */
     struct scene_sample points[SCENE_SAMPLES_MAX];
     int point_count;
     /* Depth of what is opaque in each cell of the picture, rows from below [m]; INFINITY: none. */

@@ -19,6 +19,11 @@ const struct device_costs forecast_costs = {
     .walk = 11,
     .layer = 640,
     .msaa_layer = 1073,
+    .peel_ms = 0.6,
+    .peeled_pixel = 100,
+    .peeled_triangle = 400,
+    .peeled_side = 70,
+    .msaa_peeled_side = 140,
     .texture = 270,
     .msaa_texture = 326,
     .triangle = 302,
@@ -30,6 +35,7 @@ const struct device_costs forecast_costs = {
     .deep_texel = 13.4,
     .deep_caster = 490,
     .event = 28,
+    .layer_texel = 2,
     .ray = 16.3,
     .hit_level = 7.6,
     .more_ray = 33,
@@ -288,6 +294,20 @@ void forecast_add_surfaces(const struct forecast_frame *frame, double terms[FORE
     spread(some, frame->speed->shade, terms);
 }
 
+void forecast_add_peels(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT])
+{
+    const struct device_costs *c = &forecast_costs;
+    const struct workload *w = frame->workload;
+    double some[FORECAST_TERM_COUNT] = {0}, more = frame->setting->samples > 1 ? 1 : 0;
+    some[FORECAST_TERM_PEELS] =
+        count_rounds(frame->setting) *
+        (w->peels * c->peel_ms +
+         MS * (w->pixels * (w->peeled_sides * (c->peeled_side + more * c->msaa_peeled_side) +
+                            w->peeled_pixels * c->peeled_pixel) +
+               w->peels * w->peeled_triangles * c->peeled_triangle));
+    spread(some, frame->speed->shade, terms);
+}
+
 void forecast_add_maps(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT])
 {
     double looks[FORECAST_TERM_COUNT] = {0}, maps[FORECAST_TERM_COUNT] = {0};
@@ -305,6 +325,23 @@ void forecast_add_points(const struct forecast_frame *frame, double terms[FORECA
     spread(some, frame->speed->trace, terms);
     if (frame->workload->shadowed_lights)
         add_build(frame, terms);
+}
+
+void forecast_add_layered_maps(const struct forecast_frame *frame,
+                               double terms[FORECAST_TERM_COUNT])
+{
+    const struct workload *w = frame->workload;
+    double looks[FORECAST_TERM_COUNT] = {0}, maps[FORECAST_TERM_COUNT] = {0};
+    double side = frame->setting->shadow_resolution;
+    double texels = w->deep_faces * fmax(w->deep_layers, 1) * side * side;
+    add_looks(w, frame->setting, looks);
+    spread(looks, frame->speed->shade, terms);
+    if (!frame->setting->is_warm)
+        add_maps(w, frame->setting, maps);
+    if (maps[FORECAST_TERM_DEEP] > 0)
+        maps[FORECAST_TERM_DEEP] = MS * (texels * forecast_costs.layer_texel +
+                                         w->deep_triangles * forecast_costs.deep_caster);
+    spread(maps, frame->speed->maps, terms);
 }
 
 /* Triangles of one cell, where those of a scene lie a few over each other before a light. */
@@ -363,4 +400,12 @@ static const double TEXEL_ERROR = 0.15; /* of a map with one texel and tap */
 double forecast_maps_error(const struct forecast_setting *setting)
 {
     return TEXEL_ERROR * sqrt(sqrt((double)setting->shadow_taps) / setting->shadow_resolution);
+}
+
+/* Of the light between more than two surfaces that filter it: docs/reference/accuracy.md. */
+static const double MOMENTS_ERROR = 0.042;
+
+double forecast_moments_error(const struct forecast_setting *setting)
+{
+    return hypot(forecast_maps_error(setting), MOMENTS_ERROR);
 }

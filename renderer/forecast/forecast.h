@@ -18,6 +18,10 @@ struct workload {
     double pixels;
     double covered; /* share of the pixels that show something opaque, [0, 1] */
     double layers;  /* mean transparent surfaces per pixel before what is opaque */
+    /* Where layers are peeled: from how many sides, and how many times; of all times together the
+     * pixels in the bounds of those that still have a layer, by the picture's; and transparent
+     * triangles in view, which are drawn each time. Else 0. */
+    double peeled_sides, peels, peeled_pixels, peeled_triangles;
     /* Mean lights that shine on a visible surface; area lights count once per sample. */
     double lit;
     double listed;    /* mean lights in the list of a visible surface, which it walks: those without
@@ -32,6 +36,8 @@ struct workload {
     double map_triangles;  /* opaque casters, drawn into a face each */
     double deep_triangles; /* transparent ones */
     double deep_share;     /* events over texels of the deep faces */
+    /* Layers of the deep faces' maps, mean; 0 where the view asks for none that have several. */
+    double deep_layers;
     /* Towards an environment map, which whole pictures by rays take at each visible surface. */
     double directions;
     /* Of the grid in which the light of haze is found (renderer/scene/atmosphere_grid.h): slices of
@@ -63,15 +69,19 @@ bool device_speed_is_known(const struct device_speed *speed);
 struct device_costs {
     double pixel, msaa_pixel; /* of the image; per covered one msaa_covered more */
     double msaa_covered;
-    double light, look, tap;        /* a surface that a light shines on, looking into its map, and
-                                       each tap of that */
-    double walk;                    /* a light in the list of a surface, whether it shines or not */
-    double layer, msaa_layer;       /* a transparent surface */
-    double texture, msaa_texture;   /* of a surface */
-    double triangle, msaa_triangle; /* in view */
-    double drawn_frame_ms;          /* whatever a scene is drawn of */
-    double face_ms, texel, caster;  /* of all shadow maps */
+    double light, look, tap;  /* a surface that a light shines on, looking into its map, and
+                                 each tap of that */
+    double walk;              /* a light in the list of a surface, whether it shines or not */
+    double layer, msaa_layer; /* a transparent surface */
+    /* Peeling: each time, pixels in bounds, and transparent triangles; a pixel of the picture for
+     * each side. */
+    double peel_ms, peeled_pixel, peeled_triangle, peeled_side, msaa_peeled_side;
+    double texture, msaa_texture;          /* of a surface */
+    double triangle, msaa_triangle;        /* in view */
+    double drawn_frame_ms;                 /* whatever a scene is drawn of */
+    double face_ms, texel, caster;         /* of all shadow maps */
     double deep_texel, deep_caster, event; /* of deep ones besides */
+    double layer_texel; /* of a layer of maps that have several, in the place of the lists */
     /* From the camera; where it meets something opaque, per doubling of the triangles. */
     double ray, hit_level;
     double more_ray, more_hit_level; /* likewise, of each sample after a pixel's first */
@@ -114,7 +124,8 @@ enum forecast_term {
     FORECAST_TERM_LIGHTS, /* that shine on a surface */
     FORECAST_TERM_WALKS,  /* that are in the list of a surface */
     FORECAST_TERM_LOOKS,  /* into maps */
-    FORECAST_TERM_LAYERS,
+    FORECAST_TERM_LAYERS, /* as of lists, */
+    FORECAST_TERM_PEELS,  /* and what peeling them takes besides */
     FORECAST_TERM_TEXTURES,
     FORECAST_TERM_TRIANGLES,
     FORECAST_TERM_MAPS,      /* shadow maps that are built, */
@@ -146,8 +157,13 @@ struct forecast_frame { /* all required */
 
 /* Each adds its ms by kinds of work. Of a rasterised picture, without shadows: */
 void forecast_add_surfaces(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
+/* What it takes besides where its layers are peeled. */
+void forecast_add_peels(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
 /* Shadow maps, and looking into them. */
 void forecast_add_maps(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
+/* Likewise of maps with several layers, and without lists. */
+void forecast_add_layered_maps(const struct forecast_frame *frame,
+                               double terms[FORECAST_TERM_COUNT]);
 /* Grids of triangles before each light, and the triangles of a cell for each sample of a light at
  * each surface. */
 void forecast_add_area(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
@@ -166,6 +182,8 @@ double forecast_sum_ms(const double terms[FORECAST_TERM_COUNT]);
 /* RMSE of linear colour by shadows alone, of an image whose side (the root of its pixels) is 480
  * (docs/explanation/cost-model.md). Of maps: by the width of a texel. */
 double forecast_maps_error(const struct forecast_setting *setting);
+/* Likewise, with what four moments of several casters do not tell. */
+double forecast_moments_error(const struct forecast_setting *setting);
 
 /* ---- kinds of work apart, on the machine of the fit ---- */
 

@@ -123,7 +123,7 @@ static const struct shadow_trial trials[] = {
 const struct shadow_structure shadow_structure_composited = {.scope = SHADOW_PER_LIGHT,
                                                              .passes = passes,
                                                              .trials = trials,
-                                                             .forecast = forecast_add_maps,
+                                                             .forecast = forecast_add_layered_maps,
                                                              .forecast_error = forecast_maps_error,
                                                              .texel_bytes = 20,
                                                              .filters = true,

@@ -111,7 +111,7 @@ const struct shadow_structure shadow_structure_moments = {.scope = SHADOW_PER_LI
                                                           .passes = passes,
                                                           .trials = trials,
                                                           .forecast = forecast_add_maps,
-                                                          .forecast_error = forecast_maps_error,
+                                                          .forecast_error = forecast_moments_error,
                                                           .texel_bytes = 4 + 16 * PARTS,
                                                           .filters = true,
                                                           .has_texels = true,

@@ -14,6 +14,7 @@
 #include "protocol/quality_defaults.h"
 #include "protocol/utf8.h"
 #include "renderer/base/processors.h"
+#include "renderer/cost/workload.h"
 #include "renderer/scene/atmosphere_grid.h"
 #include "server/base/build_id.h"
 #include "server/base/processor.h"
@@ -67,6 +68,7 @@ static void estimate(struct choosing *choosing, const struct render_request *req
         .pixels = (double)request->width * request->height,
         .lights = request->light_count,
         .triangles = choosing->offer.triangles,
+        .peeled_sides = workload_peeled_sides(request->quality.transparency),
         .is_warm = desc->is_warm,
         .shadow_bytes = (double)desc->info->budget_bytes / 2, /* renderer/frame/renderer.c */
         .has_grids = choosing->offer.has_grids,

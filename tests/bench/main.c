@@ -33,6 +33,7 @@ static const struct suite suites[] = {
      suite_environment},
     {"smoke", "haze in the scene's own lights by each technique, and its error", suite_smoke},
     {"grids", "what smoke adds to frames against its forecast", suite_grids},
+    {"peels", "what peeled layers and layered shadow maps take against forecasts", suite_peels},
     {"traced", "ray traced pictures against a bare ray tracer on Embree", suite_traced},
     {"techniques", "each shadow technique against the number of translucent quads",
      suite_techniques},

@@ -14,6 +14,7 @@
 #include "renderer/cost/auto_technique.h"
 #include "renderer/cost/technique_forecast.h"
 #include "renderer/cost/workload.h"
+#include "renderer/shadows/technique.h"
 #include "tests/support/import_support.h"
 
 /* A square of 2 m in the plane z = 0, seen from the front; its material is the argument. */
@@ -215,6 +216,89 @@ static void counts_are_those_of_the_picture(void **unused)
     rig_close(&rig);
 }
 
+/* The stack lies before the camera, each square smaller than the one behind it. */
+static void rig_open_stack(struct rig *rig, int count, const char *material)
+{
+    struct {
+        float positions[12];
+        uint16_t indices[6];
+    } bin = {{-1, -1, 0, 1, -1, 0, -1, 1, 0, 1, 1, 0}, {0, 1, 2, 2, 1, 3}};
+    char json[16384], nodes[4096] = "", list[1024] = "", square[2048];
+    struct error err = {0};
+    rig_open(rig, material);
+    imported_scene_finish(&rig->imported);
+    for (int i = 0; i < count; i++) {
+        double scale = 1 - 0.5 * i / count;
+        snprintf(nodes + strlen(nodes), sizeof nodes - strlen(nodes),
+                 "%s{'mesh':0,'scale':[%g,%g,1],'translation':[0,0,%g]}", i ? "," : "", scale,
+                 scale, 0.02 * i);
+        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%d", i ? "," : "", i);
+    }
+    snprintf(square, sizeof square, SQUARE, material);
+    const char *meshes = strstr(square, ",'materials'");
+    snprintf(json, sizeof json,
+             "{'asset':{'version':'2.0'},'scene':0,'scenes':[{'nodes':[%s]}],'nodes':[%s]%s", list,
+             nodes, meshes);
+    if (!imported_scene_make(&rig->imported, json, &bin, 60, &err))
+        fail_msg("%s", err.message);
+}
+
+#define HALF_LIGHT "'alphaMode':'BLEND','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.5]}"
+
+static void peels_are_the_most_layers_before_one_another(void **unused)
+{
+    (void)unused;
+    struct rig rig;
+    rig_open_stack(&rig, 5, HALF_LIGHT);
+    rig.view.quality.samples = 1;
+    assert_true(measure(&rig).peels == 0 && measure(&rig).peeled_sides == 0);
+    rig.view.quality.transparency = TRANSPARENCY_DEPTH_PEELING;
+    struct workload single = measure(&rig);
+    assert_true(single.peels == 5 && single.peeled_sides == 1 && single.peeled_triangles == 10);
+    /* a quarter of the picture, in squares of 1, 0.9, ... 0.6; each is drawn in the bounds of all
+     * that are left */
+    double bounds = 0.25 * (1 + 0.81 + 0.64 + 0.49 + 0.36);
+    assert_true(fabs(single.peeled_pixels - bounds) < 0.1 * bounds);
+    rig.view.quality.transparency = TRANSPARENCY_DUAL_DEPTH_PEELING;
+    struct workload dual = measure(&rig);
+    assert_true(dual.peels == 3 && dual.peeled_sides == 2);
+    assert_true(dual.peeled_pixels < single.peeled_pixels);
+    rig.view.quality.samples = 4; /* the diagonals of all squares, whose sides are layers each */
+    assert_true(measure(&rig).peels == 5);
+    rig.view.atmosphere.density_per_m = 0.1; /* haze takes lists */
+    assert_true(measure(&rig).peels == 0 && measure(&rig).peeled_sides == 0);
+    rig_close(&rig);
+}
+
+static void peels_end_at_what_is_opaque_and_where_nothing_is_let_through(void **unused)
+{
+    (void)unused;
+    struct rig rig;
+    rig_open_stack(&rig, 40, HALF_LIGHT);
+    rig.view.quality.samples = 1;
+    rig.view.quality.transparency = TRANSPARENCY_DEPTH_PEELING;
+    /* 25 layers leave 2^-25, and the 32nd is followed by a look */
+    assert_true(measure(&rig).peels == 32);
+    rig.view.quality.transparency = TRANSPARENCY_DUAL_DEPTH_PEELING;
+    assert_true(measure(&rig).peels == 16);
+    rig_close(&rig);
+    rig_open_stack(&rig, 40, "'alphaMode':'OPAQUE'");
+    rig.view.quality.transparency = TRANSPARENCY_DEPTH_PEELING;
+    assert_true(measure(&rig).peels == 0);
+    rig_close(&rig);
+}
+
+static void partitions_are_the_casters_before_one_another(void **unused)
+{
+    (void)unused;
+    struct rig rig;
+    rig_open_stack(&rig, 5, HALF_LIGHT);
+    assert_true(measure(&rig).deep_layers == 0);
+    rig.view.quality.shadows = SHADOWS_COMPOSITED;
+    assert_true(measure(&rig).deep_layers == 5);
+    rig_close(&rig);
+}
+
 /* The events of a square under a light straight above: its share of the map. */
 static void events_are_the_share_of_the_map_that_casters_cover(void **unused)
 {
@@ -290,6 +374,50 @@ static void forecasts_grow_with_the_work(void **unused)
     const struct device_speed slow = {1, 10, 10, 1, 1};
     assert_true(forecast_ms(SHADOWS_DEEP, &base, &setting, &slow) >
                 9 * forecast_shade_ms(&base, &setting));
+}
+
+static void peels_and_partitions_take_time_where_they_are_drawn(void **unused)
+{
+    (void)unused;
+    const struct device_speed speed = {1, 1, 1, 1, 1};
+    struct workload lists = {.pixels = 1e5,
+                             .covered = 0.5,
+                             .layers = 0.5,
+                             .lit = 1,
+                             .triangles = 1e4,
+                             .triangles_in_view = 1e4,
+                             .lights = 1,
+                             .shadowed_lights = 1,
+                             .deep_lights = 1,
+                             .map_faces = 1,
+                             .deep_faces = 1,
+                             .deep_triangles = 1e4,
+                             .deep_share = 0.5};
+    struct workload peeled = lists;
+    struct forecast_setting setting = {
+        .samples = 1, .shadow_resolution = 1024, .shadow_taps = 1, .has_shadows = true};
+    peeled.peeled_sides = 1;
+    peeled.peels = 10; /* 6 ms */
+    peeled.peeled_pixels = 4;
+    peeled.peeled_triangles = 5e3;
+    for (int i = 0; i < SHADOWS_COUNT; i++) {
+        enum shadow_technique technique = (enum shadow_technique)i;
+        bool has_rays = shadow_technique_is_renderer(technique) || shadow_is_per_window(technique);
+        double more = forecast_ms(technique, &peeled, &setting, &speed) -
+                      forecast_ms(technique, &lists, &setting, &speed);
+        assert_true(has_rays ? more == 0 : more > 66); /* 26 of triangles, 40 of pixels */
+    }
+    lists.deep_layers = 4;
+    double few = forecast_ms(SHADOWS_COMPOSITED, &lists, &setting, &speed);
+    double deep = forecast_ms(SHADOWS_DEEP, &lists, &setting, &speed);
+    lists.deep_layers = 40;
+    assert_true(forecast_ms(SHADOWS_COMPOSITED, &lists, &setting, &speed) > few + 36);
+    assert_true(forecast_ms(SHADOWS_DEEP, &lists, &setting, &speed) == deep);
+    setting.is_warm = true; /* the maps stand */
+    assert_true(forecast_ms(SHADOWS_COMPOSITED, &lists, &setting, &speed) < few);
+    /* four moments of several casters say less than a map's texels (test_shadow_moments.c) */
+    assert_true(technique_forecast_error(SHADOWS_MOMENTS, &setting) > 0.042 &&
+                technique_forecast_error(SHADOWS_COMPOSITED, &setting) < 0.042);
 }
 
 /* Without lights that cast there is nothing to trace, and no tree is built. */
@@ -425,6 +553,10 @@ int main(void)
         cmocka_unit_test(counts_are_those_of_the_picture),
         cmocka_unit_test(haze_is_counted_by_slices_and_lights),
         cmocka_unit_test(smoke_is_counted_by_rays_lights_and_cells),
+        cmocka_unit_test(peels_are_the_most_layers_before_one_another),
+        cmocka_unit_test(peels_end_at_what_is_opaque_and_where_nothing_is_let_through),
+        cmocka_unit_test(partitions_are_the_casters_before_one_another),
+        cmocka_unit_test(peels_and_partitions_take_time_where_they_are_drawn),
         cmocka_unit_test(events_are_the_share_of_the_map_that_casters_cover),
         cmocka_unit_test(forecasts_grow_with_the_work),
         cmocka_unit_test(traced_shadows_without_casters_cost_nothing),
