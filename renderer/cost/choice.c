@@ -259,6 +259,14 @@ static int values_of(int said, const int *swept, int count, int out[])
 
 enum { TECHNIQUE_ROWS_MAX = 40 };
 
+/* Maps that have several layers have no room for many texels in each: of a point light, whose
+ * casters are divided into twenty, those of the default fit a device that reads 2^27. */
+static int count_resolutions(enum shadow_technique shadows)
+{
+    const struct shadow_method *method = shadow_method_of(shadows);
+    return method && method->structure->divide ? 3 : 5;
+}
+
 /* Adds rows for all values of the parameters that the technique has. */
 static size_t estimate_technique(const struct choice_frame *frame,
                                  const struct quality_target *target, enum shadow_technique shadows,
@@ -272,9 +280,9 @@ static size_t estimate_technique(const struct choice_frame *frame,
     int samples_count = is_renderer
                             ? values_of(target->samples, TRACED_SAMPLES, TRACED_SETTINGS, samples)
                             : values_of(target->samples, RASTER_SAMPLES, RASTER_OPEN, samples);
-    int resolution_count =
-        has_maps ? values_of(target->shadow_resolution, all_resolutions, 5, resolutions)
-                 : values_of(0, none, 1, resolutions);
+    int resolution_count = has_maps ? values_of(target->shadow_resolution, all_resolutions,
+                                                count_resolutions(shadows), resolutions)
+                                    : values_of(0, none, 1, resolutions);
     int taps_count =
         has_maps ? values_of(target->shadow_taps, all_taps, 4, taps) : values_of(0, none, 1, taps);
     size_t count = 0;

@@ -8,6 +8,7 @@
 
 #include <cmocka.h>
 
+#include "protocol/quality_defaults.h"
 #include "renderer/cost/auto_technique.h"
 #include "renderer/cost/choice.h"
 
@@ -238,6 +239,55 @@ static void models_give_only_what_was_said(void **state)
     }
 }
 
+/* A target that nothing keeps takes the nearest, which has to have room. */
+static void layered_maps_are_no_larger_than_the_default_but_where_it_was_said(void **state)
+{
+    (void)state;
+    static const enum shadow_technique layered[] = {SHADOWS_COMPOSITED, SHADOWS_MOMENTS};
+    const struct choice_frame frame = {.pixels = 1e5, .lights = 4, .triangles = 1000};
+    struct choice_row estimates[CHOICE_ESTIMATES_MAX];
+    struct choice choice;
+    for (size_t t = 0; t < sizeof layered / sizeof *layered; t++) {
+        struct quality_target target = {.max_error = 1e-4, .shadows = layered[t]};
+        size_t count = choice_estimate(&frame, &target, estimates);
+        assert_true(choice_make(estimates, count, &target, &choice) && !choice.keeps_error);
+        assert_int_equal(choice.row->setting.shadow_resolution, SHADOW_RESOLUTION_DEFAULT);
+        target.shadow_resolution = 4096;
+        count = choice_estimate(&frame, &target, estimates);
+        assert_true(choice_make(estimates, count, &target, &choice));
+        assert_int_equal(choice.row->setting.shadow_resolution, 4096);
+    }
+    const struct quality_target deep = {.max_error = 1e-4, .shadows = SHADOWS_DEEP};
+    assert_true(choice_make(estimates, choice_estimate(&frame, &deep, estimates), &deep, &choice));
+    assert_int_equal(choice.row->setting.shadow_resolution, 4096);
+}
+
+static double peeled_ms(int sides, double haze_slices)
+{
+    struct choice_row estimates[CHOICE_ESTIMATES_MAX];
+    const struct choice_frame frame = {.pixels = 1e5,
+                                       .lights = 4,
+                                       .triangles = 1000,
+                                       .haze_slices = haze_slices,
+                                       .peeled_sides = sides};
+    const struct quality_target target = {.max_error = 1,
+                                          .shadows = SHADOWS_DEEP,
+                                          .samples = 4,
+                                          .shadow_resolution = 512,
+                                          .shadow_taps = 1};
+    assert_int_equal(choice_estimate(&frame, &target, estimates), 1);
+    return estimates[0].ms;
+}
+
+static void models_count_peeled_layers_but_in_haze(void **state)
+{
+    (void)state;
+    /* a side of 1e5 pixels with 4 samples: 21 ms */
+    assert_true(peeled_ms(1, 0) > peeled_ms(0, 0) + 21);
+    assert_true(peeled_ms(2, 0) > peeled_ms(0, 0) + 42);
+    assert_true(peeled_ms(1, 1000) == peeled_ms(0, 1000)); /* haze takes lists */
+}
+
 /* Rounds draw all again but the shadow maps, and are taken only where they are asked for. */
 static void models_count_the_rounds_of_samples(void **state)
 {
@@ -402,6 +452,8 @@ int main(void)
         cmocka_unit_test(models_grow_with_what_they_are_made_of),
         cmocka_unit_test(rays_go_up_to_256_samples_for_small_errors),
         cmocka_unit_test(models_give_only_what_was_said),
+        cmocka_unit_test(layered_maps_are_no_larger_than_the_default_but_where_it_was_said),
+        cmocka_unit_test(models_count_peeled_layers_but_in_haze),
         cmocka_unit_test(models_count_the_rounds_of_samples),
         cmocka_unit_test(rows_of_other_views_scale_with_their_pixels),
         cmocka_unit_test(a_technique_stands_for_the_candidate_that_becomes_it),
