@@ -97,7 +97,7 @@ static void sort_jobs(struct rt_batch *batch, uint32_t *counts)
     }
 }
 
-static void flush_jobs(struct rt_batch *batch)
+void rt_lit_flush(struct rt_batch *batch)
 {
     size_t lights = rt_batch_light_slots(batch);
     uint32_t *counts = batch->light_counts;
@@ -150,17 +150,6 @@ static void ask(struct rt_batch *batch, const struct rt_lit *lit, struct rt_ray_
     for (int k = 0; k < 3; k++)
         job->weight[k] = (float)(reflected[k] * gain * (double)record->color[k]);
     rt_lit_send(batch, job, record->casts_shadow);
-}
-
-struct rt_ray_job *rt_lit_begin_job(struct rt_batch *batch, uint32_t fragment, uint32_t light)
-{
-    if (batch->job_count == RT_BATCH_JOBS_MAX)
-        flush_jobs(batch);
-    struct rt_ray_job *job = &batch->jobs[batch->job_count];
-    job->fragment = fragment;
-    job->light = light;
-    job->is_transparent = !batch->fragments[fragment].is_opaque;
-    return job;
 }
 
 void rt_lit_ask_area(struct rt_batch *batch, const struct rt_lit *lit, uint32_t light)
@@ -382,7 +371,7 @@ static void end_ground(const struct rt_batch *batch, uint32_t index)
 void rt_batch_light(struct rt_batch *batch, uint32_t first)
 {
     rt_batch_wide_begin(batch, first);
-    flush_jobs(batch);
+    rt_lit_flush(batch);
     if (!batch->desc.scene->state->ground_plane.is_there)
         return;
     for (uint32_t i = first; i < batch->fragment_count && !batch->is_cancelled; i++)

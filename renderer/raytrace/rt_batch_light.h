@@ -37,8 +37,20 @@ void rt_lit_ask_environment(struct rt_batch *batch, const struct rt_lit *lit);
 /* What haze lets through of a light; 1 where there is none. */
 double rt_lit_pass_haze(const struct rt_batch *batch, const struct rt_lit *lit,
                         const struct rt_ray_job *job);
+/* Traces the jobs that wait. */
+void rt_lit_flush(struct rt_batch *batch);
 /* Where the fragment's next job goes: all of it but its direction, distance and weight. */
-struct rt_ray_job *rt_lit_begin_job(struct rt_batch *batch, uint32_t fragment, uint32_t light);
+static inline struct rt_ray_job *rt_lit_begin_job(struct rt_batch *batch, uint32_t fragment,
+                                                  uint32_t light)
+{
+    if (batch->job_count == RT_BATCH_JOBS_MAX)
+        rt_lit_flush(batch);
+    struct rt_ray_job *job = &batch->jobs[batch->job_count];
+    job->fragment = fragment;
+    job->light = light;
+    job->is_transparent = !batch->fragments[fragment].is_opaque;
+    return job;
+}
 /* What a light adds to the surface, at once or after its shadow ray. job: begun last. */
 void rt_lit_send(struct rt_batch *batch, const struct rt_ray_job *job, bool casts_shadow);
 

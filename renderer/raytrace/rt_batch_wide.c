@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* Surfaces of a batch side by side. What those of a mesh have alike is evaluated once, by the
- * scalar form, at the first of them. */
+/* Surfaces of a batch side by side. What those of a plain mesh have alike is evaluated once, by the
+ * scalar form, at the first of them; materials of other meshes are evaluated lane by lane. */
 #include "renderer/raytrace/rt_batch_wide.h"
 
 #include <assert.h>
+#include <string.h>
 
 #include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_batch_light.h"
@@ -27,9 +28,10 @@ struct wide_lit { /* a group being lit */
     const struct group *group;
     struct rt_wide wide;
     struct rt_wide_light light;
-    struct rt_surface surface; /* of the lane that stand_at was called for, like reflector and lit
-                                */
-    struct rt_reflector reflector;
+    bool are_alike;            /* surfaces of a plain mesh */
+    struct rt_surface surface; /* as lit has it; where they differ, of the one evaluated last */
+    struct rt_reflector reflectors[RT_WIDE]; /* of each lane; the first is that of all, where they
+                                                are alike */
     struct rt_lit lit;
 };
 
@@ -77,20 +79,33 @@ static void place(struct wide_lit *w, const struct rt_mesh *mesh)
     rt_wide_place(&alike, &w->wide);
 }
 
-/* Makes surface, reflector and lit those of a lane. */
+/* Makes the first reflector, which is that of all, a lane's. */
+static void turn_to(struct wide_lit *w, int lane)
+{
+    const struct rt_wide *wide = &w->wide;
+    struct rt_reflector *reflector = &w->reflectors[0];
+    for (int k = 0; k < 3; k++) {
+        reflector->view[k] = wide->view[k][lane];
+        w->surface.normal[k] = reflector->normal[k] = wide->normal[k][lane];
+    }
+    reflector->n_dot_v = wide->n_dot_v[lane];
+    reflector->seen = wide->seen[lane];
+}
+
+/* Makes lit that of a lane, and the surface, where all are alike. */
 static void stand_at(struct wide_lit *w, int lane)
 {
     const struct rt_wide *wide = &w->wide;
     w->lit.index = w->group->fragments[lane];
     w->lit.fragment = &w->batch->fragments[w->lit.index];
     w->lit.view_z = wide->view_z[lane];
+    w->lit.reflector = &w->reflectors[w->are_alike ? 0 : lane];
     for (int k = 0; k < 3; k++) {
         w->lit.point[k] = wide->middle[k][lane];
-        w->lit.view[k] = w->reflector.view[k] = wide->view[k][lane];
-        w->surface.normal[k] = w->reflector.normal[k] = wide->normal[k][lane];
+        w->lit.view[k] = wide->view[k][lane];
     }
-    w->reflector.n_dot_v = wide->n_dot_v[lane];
-    w->reflector.seen = wide->seen[lane];
+    if (w->are_alike)
+        turn_to(w, lane);
 }
 
 static void start_rays(struct wide_lit *w, int lane)
@@ -106,17 +121,23 @@ static void start_rays(struct wide_lit *w, int lane)
     start->excluded_node = rt_path_excluded_node(w->batch->desc.scene, &fragment->hit);
 }
 
-static void begin_shadings(struct wide_lit *w)
+static struct rt_fragment *find_middle(struct wide_lit *w, int lane)
+{
+    struct rt_fragment *fragment = &w->batch->fragments[w->group->fragments[lane]];
+    fragment->hit.u = w->wide.u[lane] / w->wide.count[lane];
+    fragment->hit.v = w->wide.v[lane] / w->wide.count[lane];
+    stand_at(w, lane);
+    return fragment;
+}
+
+static void begin_alike(struct wide_lit *w)
 {
     struct rt_shading *shadings = w->batch->shadings, alike = {.alpha = 0};
-    struct rt_fragment *first = &w->batch->fragments[w->group->fragments[0]];
     const bool has_hemisphere = w->batch->desc.scene->state->has_environment;
-    first->hit.u = w->wide.u[0] / w->wide.count[0];
-    first->hit.v = w->wide.v[0] / w->wide.count[0];
-    stand_at(w, 0);
+    find_middle(w, 0);
     bool is_lit = rt_lit_evaluate(w->batch, &w->lit, &alike);
     assert(is_lit);
-    rt_wide_look(&w->reflector, &w->wide);
+    rt_wide_look(&w->reflectors[0], &w->wide);
     for (int i = 0; i < w->group->count; i++) {
         struct rt_shading *shading = &shadings[w->group->fragments[i]];
         *shading = alike;
@@ -124,6 +145,22 @@ static void begin_shadings(struct wide_lit *w)
             stand_at(w, i);
             rt_lit_add_hemisphere(w->batch, &w->lit, shading);
         }
+        start_rays(w, i);
+    }
+}
+
+static void begin_different(struct wide_lit *w, const struct rt_mesh *mesh)
+{
+    for (int i = 0; i < w->group->count; i++) {
+        struct rt_shading *shading = &w->batch->shadings[w->group->fragments[i]];
+        const struct rt_fragment *fragment = find_middle(w, i);
+        if (mesh->slots)
+            rt_batch_footprint(w->batch, &fragment->hit, w->lit.view_z, w->lit.view,
+                               &w->lit.footprint);
+        bool is_lit = rt_lit_evaluate(w->batch, &w->lit, shading);
+        assert(is_lit);
+        rt_lit_add_hemisphere(w->batch, &w->lit, shading);
+        rt_wide_paint(w->lit.reflector, i, &w->wide);
         start_rays(w, i);
     }
 }
@@ -156,19 +193,11 @@ static void send(struct wide_lit *w, uint32_t light, bool casts_shadow, uint32_t
     }
 }
 
-static uint32_t lanes_reached(const struct rt_wide_light *light)
+static uint32_t lanes_with(const uint32_t is_so[RT_WIDE])
 {
     uint32_t lanes = 0;
     for (int i = 0; i < RT_WIDE; i++)
-        lanes |= (uint32_t)(light->gain[i] > 0) << i;
-    return lanes;
-}
-
-static uint32_t lanes_reflecting(const struct rt_wide_light *light)
-{
-    uint32_t lanes = 0;
-    for (int i = 0; i < RT_WIDE; i++)
-        lanes |= light->reflects[i] << i;
+        lanes |= is_so[i] << i;
     return lanes;
 }
 
@@ -184,14 +213,14 @@ static void ask_light(struct wide_lit *w, uint32_t light, uint32_t lanes)
         return;
     }
     rt_wide_arrive(record, &w->wide, &w->light);
-    lanes &= lanes_reached(&w->light);
+    lanes &= lanes_with(w->light.arrives);
     if (!lanes)
         return;
     w->batch->lights_reaching += (uint64_t)__builtin_popcount(lanes);
     if (w->batch->desc.haze)
         pass_haze(w, lanes);
-    rt_wide_reflect(&w->reflector, record, &w->wide, &w->light);
-    send(w, light, record->casts_shadow, lanes & lanes_reflecting(&w->light));
+    rt_wide_reflect(w->are_alike ? &w->reflectors[0] : NULL, record, &w->wide, &w->light);
+    send(w, light, record->casts_shadow, lanes & lanes_with(w->light.reflects));
 }
 
 static bool is_same_list(const struct rt_light_list *a, const struct rt_light_list *b)
@@ -266,8 +295,12 @@ static void light_group(struct wide_lit *w, const struct group *group)
         return;
     }
     w->group = group;
+    w->are_alike = mesh->is_plain;
     place(w, mesh);
-    begin_shadings(w);
+    if (w->are_alike)
+        begin_alike(w);
+    else
+        begin_different(w, mesh);
     ask_lights(w);
     for (int i = 0; batch->desc.environment && i < group->count; i++) {
         stand_at(w, i);
@@ -279,8 +312,8 @@ static void add(struct wide_lit *w, struct group groups[GROUPS], uint32_t fragme
 {
     const struct rt_fragment *from = &w->batch->fragments[fragment];
     struct group *group = &groups[from->hit.mesh % GROUPS];
-    bool is_same = group->mesh == from->hit.mesh && group->is_opaque == from->is_opaque;
-    if (group->count && (!is_same || group->count == RT_WIDE)) {
+    if (group->count && (group->count == RT_WIDE || group->mesh != from->hit.mesh ||
+                         group->is_opaque != from->is_opaque)) {
         light_group(w, group);
         group->count = 0;
     }
@@ -293,13 +326,15 @@ void rt_batch_wide_begin(struct rt_batch *batch, uint32_t first)
 {
     const struct rt_mesh *meshes = batch->desc.scene->meshes;
     struct group groups[GROUPS];
-    struct wide_lit w = {.batch = batch};
+    struct wide_lit w; /* large: what is read is set below, or by the group */
+    w.batch = batch;
     w.lit.surface = &w.surface;
-    w.lit.reflector = &w.reflector;
+    memset(&w.wide, 0, sizeof w.wide);
+    memset(&w.light, 0, sizeof w.light);
     for (int i = 0; i < GROUPS; i++)
         groups[i].count = 0;
     for (uint32_t i = first; i < batch->fragment_count && !batch->is_cancelled; i++)
-        if (meshes[batch->fragments[i].hit.mesh].is_plain)
+        if (meshes[batch->fragments[i].hit.mesh].is_bare)
             add(&w, groups, i);
         else
             rt_lit_begin(batch, i);

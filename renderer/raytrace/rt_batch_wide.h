@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Lights surfaces of a batch sixteen at a time where one mesh has so many and is plain
- * (rt_surface_is_plain), and the others one by one. Internal to rt_batch. */
+/* Lights surfaces of a batch sixteen at a time where one mesh has so many and is bare
+ * (rt_surface_is_bare), and the others one by one. Internal to rt_batch. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_BATCH_WIDE_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_BATCH_WIDE_H
 

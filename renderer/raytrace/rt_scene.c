@@ -66,6 +66,7 @@ static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
     mesh->fits = scene->shapes.of_item && rt_shape_fits(scene->state, item);
     find_normal_matrix(geometry.world, item->is_mirrored, mesh->normal_matrix);
     mesh->slots = rt_surface_sampled_slots(scene->state->scene, m, mesh->primitive);
+    mesh->is_bare = rt_surface_is_bare(mesh);
     mesh->is_plain = rt_surface_is_plain(mesh);
     mesh->is_filter_plain = rt_surface_plain_filter(mesh, quality->blend_filter, mesh->filter);
 }

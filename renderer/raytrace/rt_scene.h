@@ -36,7 +36,7 @@ struct rt_mesh { /* one state item, triangles only */
     uint32_t node;
     bool no_self_shadow, cast_once; /* of the material */
     uint32_t slots;                 /* 1 << enum scene_texture_slot: those that are sampled */
-    bool is_plain;                  /* rt_surface_is_plain */
+    bool is_bare, is_plain;         /* rt_surface_is_bare, rt_surface_is_plain */
     bool is_filter_plain;           /* every crossing multiplies light by `filter`, at any angle */
     double filter[3];
 };

@@ -404,13 +404,18 @@ bool rt_surface_plain_filter(const struct rt_mesh *mesh, enum view_blend_filter 
     return true;
 }
 
-bool rt_surface_is_plain(const struct rt_mesh *mesh)
+bool rt_surface_is_bare(const struct rt_mesh *mesh)
 {
     const struct scene_material *m = mesh->material;
     const bool has_lobes = m->clearcoat > 0 || scene_material_has_sheen(m) || m->anisotropy > 0 ||
                            m->iridescence > 0 || m->diffuse_transmission > 0;
-    return !mesh->slots && m->textures[SCENE_TEXTURE_BASE_COLOR].texture < 0 && !has_lobes &&
-           m->transmission <= 0 && !(m->flags & SCENE_MATERIAL_UNLIT) &&
+    return !has_lobes && m->transmission <= 0 && !(m->flags & SCENE_MATERIAL_UNLIT);
+}
+
+bool rt_surface_is_plain(const struct rt_mesh *mesh)
+{
+    return rt_surface_is_bare(mesh) && !mesh->slots &&
+           mesh->material->textures[SCENE_TEXTURE_BASE_COLOR].texture < 0 &&
            !(mesh->primitive->flags & SCENE_PRIMITIVE_HAS_COLORS);
 }
 

@@ -49,9 +49,12 @@ uint32_t rt_surface_sampled_slots(const struct scene *scene, const struct scene_
 bool rt_surface_plain_filter(const struct rt_mesh *mesh, enum view_blend_filter blend,
                              double filter[3]);
 
-/* Whether all that rt_surface_evaluate finds but the normal is the same at every place of a lit
- * mesh, whose light is that of a base seen and lit from one side: no textures, no vertex colours,
- * nothing over the base and nothing through it but coverage. mesh: bound to its material. */
+/* Whether a mesh is lit, and its light is that of a base seen and lit from one side: nothing over
+ * the base, and nothing through it but coverage. mesh: bound to its material, here and below. */
+bool rt_surface_is_bare(const struct rt_mesh *mesh);
+
+/* Whether it is bare, and all that rt_surface_evaluate finds but the normal is the same at every
+ * place: no textures, no vertex colours. */
 bool rt_surface_is_plain(const struct rt_mesh *mesh);
 
 void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,

@@ -170,6 +170,20 @@ PROCESSOR_FORMS void rt_wide_look(const struct rt_reflector *reflector, struct r
     }
 }
 
+void rt_wide_paint(const struct rt_reflector *reflector, int lane, struct rt_wide *wide)
+{
+    for (int k = 0; k < 3; k++) {
+        wide->normal[k][lane] = reflector->normal[k];
+        wide->diffuse[k][lane] = reflector->diffuse[k];
+        wide->diffuse_edge[k][lane] = reflector->diffuse_edge[k];
+        wide->specular[k][lane] = reflector->specular[k];
+        wide->specular_edge[k][lane] = reflector->specular_edge[k];
+    }
+    wide->n_dot_v[lane] = reflector->n_dot_v;
+    wide->seen[lane] = reflector->seen;
+    wide->alpha_square[lane] = reflector->alpha_square;
+}
+
 static void arrive_from_afar(const struct rt_light_record *record, struct rt_wide_light *light)
 {
     for (int i = 0; i < RT_WIDE; i++) {
@@ -177,6 +191,7 @@ static void arrive_from_afar(const struct rt_light_record *record, struct rt_wid
             light->direction[k][i] = -record->direction[k];
         light->distance_m[i] = INFINITY;
         light->gain[i] = 1;
+        light->arrives[i] = true;
     }
 }
 
@@ -210,6 +225,7 @@ INSIDE_FORMS void arrive_lane(const struct rt_light_record *record, const struct
         light->direction[k][i] = l[k];
     light->distance_m[i] = distance;
     light->gain[i] = (double)(is_out ? 0 : gain);
+    light->arrives[i] = !is_out & (gain > 0);
 }
 
 PROCESSOR_FORMS void rt_wide_arrive(const struct rt_light_record *record,
@@ -229,11 +245,20 @@ PROCESSOR_FORMS void rt_wide_arrive(const struct rt_light_record *record,
 
 /* The colours of a reflector, and its roughness. */
 struct paint {
-    double a2, diffuse[3], diffuse_edge[3], specular[3], specular_edge[3], color[3];
+    double a2, diffuse[3], diffuse_edge[3], specular[3], specular_edge[3];
 };
 
-INSIDE_FORMS void reflect_lane(const struct paint *paint, const struct rt_wide *wide,
-                               struct rt_wide_light *light, int i)
+INSIDE_FORMS void load_paint(const struct rt_wide *wide, int i, struct paint *paint)
+{
+    paint->a2 = wide->alpha_square[i];
+    load(wide->diffuse, i, paint->diffuse);
+    load(wide->diffuse_edge, i, paint->diffuse_edge);
+    load(wide->specular, i, paint->specular);
+    load(wide->specular_edge, i, paint->specular_edge);
+}
+
+INSIDE_FORMS void reflect_lane(const struct paint *paint, const double color[3],
+                               const struct rt_wide *wide, struct rt_wide_light *light, int i)
 {
     double normal[3], view[3], l[3], h[3];
     const double a2 = paint->a2, gain = light->gain[i];
@@ -257,23 +282,34 @@ INSIDE_FORMS void reflect_lane(const struct paint *paint, const struct rt_wide *
                             lobe * (paint->specular[k] + w * paint->specular_edge[k])) *
                            n_dot_l;
         is_any |= reflected > 0;
-        light->weight[k][i] = (float)(reflected * gain * paint->color[k]);
+        light->weight[k][i] = (float)(reflected * gain * color[k]);
     }
     light->reflects[i] = is_any & (n_dot_l > 0) & (gain > 0);
 }
 
 PROCESSOR_FORMS void rt_wide_reflect(const struct rt_reflector *reflector,
                                      const struct rt_light_record *record,
-                                     const struct rt_wide *wide, struct rt_wide_light *light)
+                                     const struct rt_wide *restrict wide,
+                                     struct rt_wide_light *restrict light)
 {
-    struct paint paint = {.a2 = reflector->alpha_square};
+    const double color[3] = {(double)record->color[0], (double)record->color[1],
+                             (double)record->color[2]};
+    struct paint paint;
+    if (!reflector) {
+        for (int i = 0; i < RT_WIDE; i++) {
+            struct paint own;
+            load_paint(wide, i, &own);
+            reflect_lane(&own, color, wide, light, i);
+        }
+        return;
+    }
+    paint.a2 = reflector->alpha_square;
     for (int k = 0; k < 3; k++) {
         paint.diffuse[k] = reflector->diffuse[k];
         paint.diffuse_edge[k] = reflector->diffuse_edge[k];
         paint.specular[k] = reflector->specular[k];
         paint.specular_edge[k] = reflector->specular_edge[k];
-        paint.color[k] = (double)record->color[k];
     }
     for (int i = 0; i < RT_WIDE; i++)
-        reflect_lane(&paint, wide, light, i);
+        reflect_lane(&paint, color, wide, light, i);
 }

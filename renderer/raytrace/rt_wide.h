@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Sixteen surfaces of one mesh side by side, without textures and without lobes over the base's:
- * normals, starts of shadow rays, light that arrives, and what is reflected of it. All of it is
+/* Sixteen surfaces of one mesh side by side, without lobes over the base's: normals, starts of
+ * shadow rays, light that arrives, and what is reflected of it. All of it is
  * computed in the order of the scalar form (rt_scene_normal, rt_surface_evaluate,
  * rt_terminator_find, rt_light_set_arrive, rt_reflect) and has its bits, whatever the other lanes
  * hold and however many of them a processor takes at a time. Thread: any. */
@@ -32,14 +32,18 @@ struct rt_wide {
     double middle[3][RT_WIDE], view[3][RT_WIDE], view_z[RT_WIDE];
     double normal[3][RT_WIDE]; /* rt_surface's */
     double start[3][RT_WIDE], offset[3][RT_WIDE];
-    /* rt_wide_look */
+    /* rt_wide_look or rt_wide_paint */
     double n_dot_v[RT_WIDE], seen[RT_WIDE];
+    /* rt_wide_paint alone: rt_reflector's */
+    double alpha_square[RT_WIDE], diffuse[3][RT_WIDE], diffuse_edge[3][RT_WIDE];
+    double specular[3][RT_WIDE], specular_edge[3][RT_WIDE];
 };
 
 /* Light of one lamp on its way to the sixteen. */
 struct rt_wide_light {
     _Alignas(64) float direction[3][RT_WIDE], distance_m[RT_WIDE]; /* rt_light_set_arrive's */
-    double gain[RT_WIDE];                                          /* at most 0: none arrives */
+    double gain[RT_WIDE];
+    uint32_t arrives[RT_WIDE];
     float weight[3][RT_WIDE]; /* rt_ray_job's, of those that reflect some */
     uint32_t reflects[RT_WIDE];
 };
@@ -50,12 +54,16 @@ void rt_wide_place(const struct rt_wide_mesh *mesh, struct rt_wide *wide);
 /* What the reflector of the first lane and those of the others do not have alike. */
 void rt_wide_look(const struct rt_reflector *reflector, struct rt_wide *wide);
 
-/* direction, distance_m and gain. Not of area lights. */
+/* Makes a lane's reflector, with its normal, that of `reflector`, where each has its own. It has no
+ * lobes, film, grain and transmission. */
+void rt_wide_paint(const struct rt_reflector *reflector, int lane, struct rt_wide *wide);
+
+/* direction, distance_m, gain and whether it arrives. Not of area lights. */
 void rt_wide_arrive(const struct rt_light_record *record, const struct rt_wide *wide,
                     struct rt_wide_light *light);
 
-/* reflects and weight. reflector: of the first lane, without lobes, film, grain and transmission.
- */
+/* reflects and weight. reflector: of the first lane, without lobes, film, grain and transmission;
+ * NULL: each lane has its own. */
 void rt_wide_reflect(const struct rt_reflector *reflector, const struct rt_light_record *record,
                      const struct rt_wide *wide, struct rt_wide_light *light);
 
