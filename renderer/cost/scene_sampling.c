@@ -292,11 +292,11 @@ static double depth_at(const struct camera *camera, const struct sampled *sample
 
 static void cover(struct canvas *canvas, const struct sampled *sampled, int cell, double share)
 {
+    const int column = cell % COLUMNS, row = cell / COLUMNS;
     canvas->covered[cell] += share;
     if (share >= 0.5)
-        canvas->end[cell] =
-            fmin(canvas->end[cell], depth_at(canvas->desc->camera, sampled, cell % COLUMNS + 0.5,
-                                             cell / COLUMNS + 0.5));
+        canvas->end[cell] = fmin(canvas->end[cell],
+                                 depth_at(canvas->desc->camera, sampled, column + 0.5, row + 0.5));
     if (share >= 0.5 || canvas->covered[cell] >= 0.5)
         canvas->depth[cell] = fmin(canvas->depth[cell], sampled->z);
 }
@@ -399,7 +399,8 @@ static void count_peels(const struct canvas *canvas, int sides, struct scene_sam
 {
     double edges = canvas->desc->view->quality.samples == 1 ? 1 : PEELED_EDGES;
     double most = most_layers(canvas, sides), step = sides / edges;
-    for (double peeled = 0; peeled < most; peeled += step) {
+    for (int peel = 0; peel * step < most; peel++) {
+        const double peeled = peel * step;
         int low[2] = {COLUMNS * FINE, ROWS * FINE}, high[2] = {0, 0};
         for (int i = 0; i < POINTS; i++) {
             const int at[2] = {i % (COLUMNS * FINE), i / (COLUMNS * FINE)};
