@@ -66,7 +66,7 @@ class CommandLine(unittest.TestCase):
         names = [line.split()[0] for line in run("list").stdout.splitlines()]
         self.assertEqual(["lights", "deep", "both", "layers", "demo", "draws", "raytrace",
                           "foliage", "forecast", "auto", "linear", "standing", "ahead",
-                          "environment", "smoke", "grids", "traced", "techniques",
+                          "environment", "smoke", "grids", "peels", "traced", "techniques",
                           "silhouettes", "skin", "import", "targets", "scaling", "promises",
                           "farm", "live"], names)
 
