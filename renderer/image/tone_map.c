@@ -108,7 +108,7 @@ static void map_tones(enum tone_mapping operator_, float c[3])
 INSIDE_FORMS float tame(float value)
 {
     float cut = min2(value, TONE_RADIANCE_MAX);
-    return (value > 0) & (value <= __FLT_MAX__) ? cut : 0;
+    return ((value > 0) & (value <= __FLT_MAX__)) ? cut : 0;
 }
 
 INSIDE_FORMS void load(struct block *block, const float *in, float gain)
