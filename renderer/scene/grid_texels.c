@@ -67,6 +67,16 @@ static uint64_t count_all(const struct scene *scene)
     return count;
 }
 
+/* Only grids whose bricks are too many where all have values are looked into: this is asked for
+ * each frame. */
+static bool has_too_many_bricks(const struct scene *scene)
+{
+    uint64_t bricks = 0;
+    for (uint32_t i = 0; i < scene->grid_count; i++)
+        bricks += count_bricks(scene->grids[i].size);
+    return bricks > GRID_BRICKS_MAX && count_all(scene) > GRID_BRICKS_MAX;
+}
+
 const char *grid_texels_excess(const struct scene_state *state)
 {
     uint64_t sides = 0;
@@ -77,7 +87,7 @@ const char *grid_texels_excess(const struct scene_state *state)
         return "more than 8 density grids are seen";
     if (sides > GRID_SIDES_MAX)
         return "the sides of density grids that are seen are more than 4,096 voxels together";
-    if (state->grid_count && count_all(state->scene) > GRID_BRICKS_MAX)
+    if (state->grid_count && has_too_many_bricks(state->scene))
         return "density grids have more than 131,072 bricks of 512 voxels with values";
     return NULL;
 }

@@ -34,11 +34,18 @@ void shadow_texels_bind_table(const struct shadow_store *store);
 MUST_CHECK bool shadow_texels_drop_table(struct shadow_store *store, struct shadow_map *map,
                                          struct error *err);
 
-/* The members that these structures have in common: a depth and a texel take 20 bytes. */
-#define SHADOW_TEXELS_STRUCTURE                                                                    \
-    .scope = SHADOW_PER_LIGHT, .forecast = forecast_add_maps,                                      \
-    .forecast_error = forecast_maps_error, .texel_bytes = 20, .filters = true, .has_texels = true, \
-    .is_exact = shadow_texels_is_exact, .build = shadow_texels_build,                              \
-    .record = shadow_texels_record, .bind = shadow_texels_bind, .drop = shadow_texels_drop
+/* The members that all of these structures have in common; that those have which are a depth and a
+ * texel of 20 bytes; and that those have which keep a table of their own. */
+#define SHADOW_TEXELS_COMMON                                        \
+    .scope = SHADOW_PER_LIGHT, .filters = true, .has_texels = true, \
+    .is_exact = shadow_texels_is_exact
+#define SHADOW_TEXELS_STRUCTURE                                                                 \
+    SHADOW_TEXELS_COMMON, .forecast = forecast_add_maps, .forecast_error = forecast_maps_error, \
+                          .texel_bytes = 20, .build = shadow_texels_build,                      \
+                          .record = shadow_texels_record, .bind = shadow_texels_bind,           \
+                          .drop = shadow_texels_drop
+#define SHADOW_TABLE_STRUCTURE                                                                    \
+    SHADOW_TEXELS_COMMON, .record = shadow_texels_record_table, .bind = shadow_texels_bind_table, \
+                          .drop = shadow_texels_drop_table
 
 #endif

@@ -107,23 +107,17 @@ static const struct shadow_trial trials[] = {
     {.name = NULL},
 };
 
-const struct shadow_structure shadow_structure_moments = {.scope = SHADOW_PER_LIGHT,
+const struct shadow_structure shadow_structure_moments = {SHADOW_TABLE_STRUCTURE,
                                                           .passes = passes,
                                                           .trials = trials,
                                                           .forecast = forecast_add_maps,
                                                           .forecast_error = forecast_moments_error,
                                                           .texel_bytes = 4 + 16 * PARTS,
-                                                          .filters = true,
-                                                          .has_texels = true,
-                                                          .is_exact = shadow_texels_is_exact,
                                                           .describe = describe,
                                                           .add_features = add_features,
                                                           .divide = divide,
                                                           .build = build,
-                                                          .record = shadow_texels_record_table,
-                                                          .bind = shadow_texels_bind_table,
-                                                          .report = report,
-                                                          .drop = shadow_texels_drop_table};
+                                                          .report = report};
 
 const struct shadow_method shadow_method_moments = {.id = SHADOWS_MOMENTS,
                                                     .structure = &shadow_structure_moments,

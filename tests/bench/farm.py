@@ -46,11 +46,24 @@ WANTED.add_argument("--quick", action="store_true")
 WANTED.add_argument("--json", action="store_true")
 
 
-def turning(glb):
-    """The GLB with an animation that turns all of it once in ten seconds."""
+def unpack(glb):
+    """The document of a GLB, and its binary chunk."""
     length, = struct.unpack_from("<I", glb, 12)
     document, rest = json.loads(glb[20:20 + length]), glb[20 + length:]
-    binary = rest[8:8 + struct.unpack_from("<I", rest, 0)[0]]
+    return document, rest[8:8 + struct.unpack_from("<I", rest, 0)[0]]
+
+
+def pack(document, binary):
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    body = (struct.pack("<I4s", len(text), b"JSON") + text
+            + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
+    return b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body
+
+
+def turning(glb):
+    """The GLB with an animation that turns all of it once in ten seconds."""
+    document, binary = unpack(glb)
     quarter = 0.5 ** 0.5
     data = struct.pack("<5f", 0, 2.5, 5, 7.5, 10) + struct.pack(
         "<20f", 0, 0, 0, 1, 0, quarter, 0, quarter, 0, 1, 0, 0, 0, quarter, 0, -quarter,
@@ -72,11 +85,7 @@ def turning(glb):
         "samplers": [{"input": len(accessors) - 2, "output": len(accessors) - 1}]}]
     binary += data
     document["buffers"][0]["byteLength"] = len(binary)
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    body = (struct.pack("<I4s", len(text), b"JSON") + text
-            + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
-    return b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body
+    return pack(document, binary)
 
 
 class Clock:
@@ -142,16 +151,11 @@ def run_job(options, scene, daemon):
 
 def load_again(options, glb, view, daemon):
     """Seconds that the same scene takes, new to the server, until it draws as fast as later."""
-    length, = struct.unpack_from("<I", glb, 12)
-    document = json.loads(glb[20:20 + length])
+    document, binary = unpack(glb)
     document["asset"]["generator"] = "the next shot"
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    rest = glb[20 + length:]
+    again = pack(document, binary)
     began = time.monotonic()
-    scene = json.loads(daemon.ask(
-        "/v1/scenes", b"glTF" + struct.pack("<III4s", 2, 20 + len(text) + len(rest), len(text),
-                                            b"JSON") + text + rest, "model/gltf-binary")[1])["id"]
+    scene = json.loads(daemon.ask("/v1/scenes", again, "model/gltf-binary")[1])["id"]
     upload = time.monotonic() - began
     times = []
     for frame in range(1, min(options.frames, 10) + 1):

@@ -418,6 +418,17 @@ def provenance(data):
     return importlib.import_module("vitrail").provenance(data)
 
 
+def free_ports(count):
+    """Ports of this machine that nobody listens on, each another."""
+    sockets = [socket.socket() for _ in range(count)]
+    for each in sockets:
+        each.bind(("127.0.0.1", 0))
+    ports = [each.getsockname()[1] for each in sockets]
+    for each in sockets:
+        each.close()
+    return ports
+
+
 def wait_until(is_true, what, timeout_s=20):
     deadline = time.monotonic() + timeout_s
     while not is_true():

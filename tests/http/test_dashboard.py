@@ -4,7 +4,6 @@ import json
 import os
 import re
 import shutil
-import socket
 import subprocess
 import tempfile
 import unittest
@@ -20,12 +19,6 @@ NAME = re.compile(r"\b(?:vitrail|process)_[a-z_]+")
 GROUPED = re.compile(r"by \(([a-z, ]+)\)")
 LEGEND = re.compile(r"{{(\w+)}}")
 PROMETHEUS = shutil.which("prometheus")
-
-
-def free_port():
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return found.getsockname()[1]
 
 
 class Dashboard(support.ServiceTest):
@@ -85,7 +78,7 @@ class Dashboard(support.ServiceTest):
             json.dump({"global": {"scrape_interval": "1s"},
                        "scrape_configs": [{"job_name": "vitrail", "static_configs": [
                            {"targets": [f"127.0.0.1:{self.daemon.port}"]}]}]}, file)
-        port = free_port()
+        port = support.free_ports(1)[0]
         with open(os.path.join(folder.name, "log"), "wb") as log:
             prometheus = subprocess.Popen(
                 [PROMETHEUS, f"--config.file={configuration}",

@@ -5,7 +5,6 @@ import os
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -26,12 +25,6 @@ PAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)),
 SCENES = 9
 
 
-def free_port():
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return found.getsockname()[1]
-
-
 class Refused:
     """What a connection that breaks off answers."""
     status, body = 0, b""
@@ -46,7 +39,7 @@ class FarmHaproxy(support.unittest.TestCase):
         for daemon in self.daemons:
             self.addCleanup(daemon.__exit__)
             daemon.wait_ready()
-        self.port = free_port()
+        self.port = support.free_ports(1)[0]
         self.start_proxy()
 
     def start_proxy(self):

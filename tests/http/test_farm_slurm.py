@@ -56,16 +56,6 @@ PartitionName=render Nodes=n[1-2] Default=YES MaxTime=INFINITE State=UP
 """
 
 
-def free_ports(count):
-    sockets = [socket.socket() for _ in range(count)]
-    for each in sockets:
-        each.bind(("127.0.0.1", 0))
-    ports = [each.getsockname()[1] for each in sockets]
-    for each in sockets:
-        each.close()
-    return ports
-
-
 class Slurm:
     """A cluster of two nodes in a folder of its own. Leaves no process behind."""
 
@@ -76,7 +66,7 @@ class Slurm:
             os.mkdir(os.path.join(folder, name))
         with open(self.path, "w", encoding="utf-8") as file:
             file.write(CONFIGURATION.format(folder=folder, host=socket.gethostname().split(".")[0],
-                                            ports=free_ports(3)))
+                                            ports=support.free_ports(3)))
         self.environment = {**os.environ, "SLURM_CONF": self.path,
                             "PATH": os.environ["PATH"] + ":/usr/sbin"}
         key = os.path.join(folder, "munge.key")
