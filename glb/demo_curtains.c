@@ -20,14 +20,15 @@ static int add_cloth(struct demo *demo, const struct curtain *curtain)
     struct shape shape = {0};
     shape_set_place(&shape, NULL, (double[]){0, 0, curtain->is_mirrored ? -1 : 1},
                     (double[]){0, 1, 0});
-    shape_add_curtain(&shape, &(struct shape_curtain_desc){.width = curtain->width,
-                                                           .height = 3.12,
-                                                           .fold_depth = 0.10,
-                                                           .folds = curtain->width * 3.6,
-                                                           .gather = curtain->gather,
-                                                           .phase_rad = curtain->phase_rad,
-                                                           .columns = (int)(curtain->width * 72),
-                                                           .rows = 24});
+    shape_add_curtain(&shape, &(struct shape_curtain_desc){
+                                  .width = curtain->width,
+                                  .height = 3.12,
+                                  .fold_depth = 0.10,
+                                  .folds = curtain->width * 3.6,
+                                  .gather = curtain->gather,
+                                  .phase_rad = curtain->phase_rad,
+                                  .columns = demo_sides(demo, (int)(curtain->width * 72)),
+                                  .rows = demo_sides(demo, 24)});
     int material = glb_builder_add_material(demo->builder, &cloth);
     return shape_give_mesh(&shape, demo->builder, curtain->name, material);
 }
@@ -37,7 +38,7 @@ static void add_rods(struct demo *demo, int parent, const double (*places)[2], s
 {
     struct shape shape = {0};
     shape_set_place(&shape, (double[]){0, 0, -BAY / 2}, (double[]){1, 0, 0}, (double[]){0, 0, 1});
-    shape_add_cylinder(&shape, (double[]){0, 0, 0}, 0.022, BAY, 12);
+    shape_add_cylinder(&shape, (double[]){0, 0, 0}, 0.022, BAY, demo_sides(demo, 12));
     int mesh = shape_give_mesh(&shape, demo->builder, "Curtain rod", demo->iron);
     for (size_t i = 0; i < count; i++)
         demo_add(demo, &(struct demo_place){.name = "Curtain rod",

@@ -28,6 +28,7 @@ struct demo {
     struct glb_builder *builder;
     int texture_size_px;
     double light_factor;
+    int coarseness;
     int stone, floor, trim, dark_wood, wax, flame, iron, gold; /* materials */
 };
 
@@ -40,6 +41,8 @@ struct demo_place {
 int demo_add(struct demo *demo, const struct demo_place *place);
 int demo_add_group(struct demo *demo, const char *name);
 double demo_bay_z(int bay); /* centre of a bay */
+/* What the scene's coarseness leaves of so many sides. */
+int demo_sides(const struct demo *demo, int sides);
 
 /* demo_texture.c: pictures of stone; return a texture. */
 int demo_add_floor_texture(struct demo *demo);

@@ -82,14 +82,17 @@ static void add_ring_lamp(struct demo *demo, int parent)
 {
     struct shape iron = {0}, wax = {0}, flame = {0};
     double inner = ARCADE_X - ARCADE_THICKNESS / 2, top = VAULT_SPRING + inner - RING_Y;
-    shape_add_torus(&iron, (double[]){0, 0, 0}, RING_RADIUS, 0.035, 64, 12);
-    shape_add_torus(&iron, (double[]){0, 0.09, 0}, RING_RADIUS, 0.018, 64, 8);
-    shape_add_sphere(&iron, (double[]){0, 1.5, 0}, 0.06, 16, 10);
-    shape_add_cylinder(&iron, (double[]){0, 1.5, 0}, 0.012, top - 1.5, 8);
+    shape_add_torus(&iron, (double[]){0, 0, 0}, RING_RADIUS, 0.035, demo_sides(demo, 64),
+                    demo_sides(demo, 12));
+    shape_add_torus(&iron, (double[]){0, 0.09, 0}, RING_RADIUS, 0.018, demo_sides(demo, 64),
+                    demo_sides(demo, 8));
+    shape_add_sphere(&iron, (double[]){0, 1.5, 0}, 0.06, demo_sides(demo, 16),
+                     demo_sides(demo, 10));
+    shape_add_cylinder(&iron, (double[]){0, 1.5, 0}, 0.012, top - 1.5, demo_sides(demo, 8));
     for (int i = 0; i < 12; i++) {
         double x = RING_RADIUS * cos(2 * pi * i / 12), z = RING_RADIUS * sin(2 * pi * i / 12);
-        shape_add_cylinder(&wax, (double[]){x, 0.03, z}, 0.025, 0.20, 12);
-        shape_add_cone(&flame, (double[]){x, 0.24, z}, 0.014, 0, 0.06, 8);
+        shape_add_cylinder(&wax, (double[]){x, 0.03, z}, 0.025, 0.20, demo_sides(demo, 12));
+        shape_add_cone(&flame, (double[]){x, 0.24, z}, 0.014, 0, 0.06, demo_sides(demo, 8));
         if (i % 4 != 0)
             continue;
         double y_axis[3] = {-x, 1.5, -z}, length = hypot(RING_RADIUS, 1.5);
@@ -99,7 +102,7 @@ static void add_ring_lamp(struct demo *demo, int parent)
             x_axis[k] /= length;
         }
         shape_set_place(&iron, (double[]){x, 0, z}, x_axis, y_axis);
-        shape_add_cylinder(&iron, (double[]){0, 0, 0}, 0.009, length, 8);
+        shape_add_cylinder(&iron, (double[]){0, 0, 0}, 0.009, length, demo_sides(demo, 8));
         shape_set_place(&iron, NULL, NULL, NULL);
     }
     int group = demo_add(
@@ -139,13 +142,13 @@ static void add_candle_meshes(struct demo *demo, int *stick, int *wax, int *flam
     struct shape shape = {0};
     shape_add_lathe(&shape, &(struct shape_lathe_desc){.profile = profile,
                                                        .count = sizeof profile / sizeof *profile,
-                                                       .slices = 24});
+                                                       .slices = demo_sides(demo, 24)});
     *stick = shape_give_mesh(&shape, demo->builder, "Candlestick", demo->gold);
-    shape_add_cylinder(&shape, (double[]){0, 0, 0}, 0.03, 0.30, 16);
+    shape_add_cylinder(&shape, (double[]){0, 0, 0}, 0.03, 0.30, demo_sides(demo, 16));
     *wax = shape_give_mesh(&shape, demo->builder, "Candle", demo->wax);
     shape_add_lathe(&shape, &(struct shape_lathe_desc){.profile = drop,
                                                        .count = sizeof drop / sizeof *drop,
-                                                       .slices = 12});
+                                                       .slices = demo_sides(demo, 12)});
     *flame = shape_give_mesh(&shape, demo->builder, "Flame", demo->flame);
 }
 
@@ -157,7 +160,8 @@ static void add_posts(struct demo *demo, int parent)
         double x = side * POST_X;
         shape_add_box(&shape, (double[]){x - 0.22, 0, POST_Z - 0.22},
                       (double[]){x + 0.22, 0.1, POST_Z + 0.22});
-        shape_add_cylinder(&shape, (double[]){x, 0.1, POST_Z}, 0.13, POST_TOP - 0.18, 32);
+        shape_add_cylinder(&shape, (double[]){x, 0.1, POST_Z}, 0.13, POST_TOP - 0.18,
+                           demo_sides(demo, 32));
         shape_add_box(&shape, (double[]){x - 0.2, POST_TOP - 0.08, POST_Z - 0.2},
                       (double[]){x + 0.2, POST_TOP, POST_Z + 0.2});
     }

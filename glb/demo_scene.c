@@ -20,6 +20,12 @@ int demo_add(struct demo *demo, const struct demo_place *place)
     return glb_builder_add_node(demo->builder, &node);
 }
 
+int demo_sides(const struct demo *demo, int sides)
+{
+    int few = sides / demo->coarseness;
+    return few < 3 ? 3 : few;
+}
+
 int demo_add_group(struct demo *demo, const char *name)
 {
     return demo_add(demo, &(struct demo_place){.name = name});
@@ -74,6 +80,9 @@ static bool check(const struct demo_scene_desc *desc, struct error *err)
     if (!(desc->light_factor >= 0 && desc->light_factor <= 1e6))
         return error_set(err, ERROR_INVALID_REQUEST, "light_factor is %g, must be in [0, 1e6]",
                          desc->light_factor);
+    if (desc->coarseness < 0 || desc->coarseness > 4)
+        return error_set(err, ERROR_INVALID_REQUEST, "coarseness is %d, must be in [1, 4]",
+                         desc->coarseness);
     return true;
 }
 
@@ -88,6 +97,7 @@ bool demo_scene_build(const struct demo_scene_desc *desc, void **glb, size_t *si
         .builder = glb_builder_create("Chapel", err),
         .texture_size_px = desc->texture_size_px ? desc->texture_size_px : 1024,
         .light_factor = desc->light_factor > 0 ? desc->light_factor : 1,
+        .coarseness = desc->coarseness ? desc->coarseness : 1,
     };
     if (!demo.builder)
         return false;

@@ -11,6 +11,7 @@ struct demo_scene_desc {
     int texture_size_px;  /* side of the rose window's texture; 0 means 1024; [64, 4096] */
     double light_factor;  /* on every light and on the sky; 0 means 1 */
     bool has_no_curtains; /* leaves out the BLEND cloth */
+    int coarseness; /* round and folded things have so many times fewer sides; 0 means 1; [1, 4] */
 };
 
 /* Writes a GLB to *glb (malloc'ed, caller frees). The same desc gives the same bytes on one

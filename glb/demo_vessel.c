@@ -30,7 +30,7 @@ static int add_vessel_mesh(struct demo *demo)
     struct shape shape = {0};
     shape_add_lathe(&shape, &(struct shape_lathe_desc){.profile = profile,
                                                        .count = sizeof profile / sizeof *profile,
-                                                       .slices = 96});
+                                                       .slices = demo_sides(demo, 96)});
     int glass = glb_builder_add_material(
         demo->builder, &(struct glb_material_desc){.name = "Vessel glass",
                                                    .base_color = {0.99, 0.76, 0.40, 1},
@@ -47,7 +47,8 @@ static int add_vessel_mesh(struct demo *demo)
 static int add_ball_mesh(struct demo *demo)
 {
     struct shape shape = {0};
-    shape_add_sphere(&shape, (double[]){0, 0.10, 0}, 0.10, 48, 32);
+    shape_add_sphere(&shape, (double[]){0, 0.10, 0}, 0.10, demo_sides(demo, 48),
+                     demo_sides(demo, 32));
     int glass = glb_builder_add_material(
         demo->builder, &(struct glb_material_desc){.name = "Ball glass",
                                                    .base_color = {0.40, 0.70, 0.99, 1},

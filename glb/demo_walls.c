@@ -75,7 +75,8 @@ static void add_arcades(struct demo *demo, int parent)
     shape_set_place(&shape, (double[]){half, 0, 0}, (double[]){0, 0, 1}, zenith);
     shape_add_extrusion(&shape, &wall, ARCADE_THICKNESS);
     shape_set_place(&shape, (double[]){half + 0.06, ARCH_SPRING, 0}, (double[]){0, 0, 1}, zenith);
-    shape_add_arch(&shape, radius - 0.001, radius + 0.20, ARCADE_THICKNESS + 0.12, 40);
+    shape_add_arch(&shape, radius - 0.001, radius + 0.20, ARCADE_THICKNESS + 0.12,
+                   demo_sides(demo, 40));
     int mesh = shape_give_mesh(&shape, demo->builder, "Arcade", demo->stone);
     for (int side = -1; side <= 1; side += 2)
         for (int bay = 0; bay < BAY_COUNT; bay++)
@@ -98,7 +99,7 @@ static int add_column_mesh(struct demo *demo)
     shape_add_box(&shape, (double[]){-0.42, 0, -0.42}, (double[]){0.42, 0.22, 0.42});
     shape_add_lathe(&shape, &(struct shape_lathe_desc){.profile = base,
                                                        .count = sizeof base / sizeof *base,
-                                                       .slices = 48});
+                                                       .slices = demo_sides(demo, 48)});
     shape_add_box(&shape, (double[]){-0.40, 3.40, -0.40}, (double[]){0.40, 3.50, 0.40});
     shape_add_box(&shape, (double[]){-0.44, 3.50, -0.44}, (double[]){0.44, ARCH_SPRING, 0.44});
     return shape_give_mesh(&shape, demo->builder, "Column", demo->trim);
@@ -123,7 +124,7 @@ static void add_ceiling(struct demo *demo, int parent)
     double wall_x = NAVE_HALF_WIDTH + WALL_THICKNESS;
     struct shape shape = {0};
     shape_set_place(&shape, (double[]){0, VAULT_SPRING, -z}, NULL, NULL);
-    shape_add_arch(&shape, inner, inner + 0.3, 2 * z, 64);
+    shape_add_arch(&shape, inner, inner + 0.3, 2 * z, demo_sides(demo, 64));
     shape_set_place(&shape, NULL, NULL, NULL);
     for (int side = -1; side <= 1; side += 2) {
         double a = side * (ARCADE_X - 0.1), b = side * wall_x;
@@ -134,7 +135,7 @@ static void add_ceiling(struct demo *demo, int parent)
     demo_add(demo, &(struct demo_place){.name = "Vault", .parent = parent, .mesh = mesh});
 
     shape_set_place(&shape, (double[]){0, VAULT_SPRING, -0.16}, NULL, NULL);
-    shape_add_arch(&shape, inner - 0.16, inner + 0.02, 0.32, 48);
+    shape_add_arch(&shape, inner - 0.16, inner + 0.02, 0.32, demo_sides(demo, 48));
     shape_set_place(&shape, NULL, NULL, NULL);
     for (int side = -1; side <= 1; side += 2) { /* corbels under the feet of the ribs */
         double a = side * (inner - 0.18), b = side * (inner + 0.02);
@@ -155,8 +156,10 @@ static void add_mouldings(struct demo *demo, int parent)
 {
     struct shape shape = {0};
     shape_set_place(&shape, (double[]){0, ROSE_Y, -NAVE_HALF_LENGTH}, east, north);
-    shape_add_torus(&shape, (double[]){0, 0, 0}, ROSE_RADIUS + 0.12, 0.11, 96, 12);
-    shape_add_torus(&shape, (double[]){0, 0, 0}, ROSE_RADIUS + 0.34, 0.06, 96, 10);
+    shape_add_torus(&shape, (double[]){0, 0, 0}, ROSE_RADIUS + 0.12, 0.11, demo_sides(demo, 96),
+                    demo_sides(demo, 12));
+    shape_add_torus(&shape, (double[]){0, 0, 0}, ROSE_RADIUS + 0.34, 0.06, demo_sides(demo, 96),
+                    demo_sides(demo, 10));
     shape_set_place(&shape, NULL, NULL, NULL);
     double inner = ARCADE_X - ARCADE_THICKNESS / 2;
     for (int side = -1; side <= 1; side += 2) {

@@ -294,6 +294,21 @@ static const char *const filter_sentences[] = {
     "(1 - alpha) * (1 - alpha * (1 - base_color)): coloured glass and fabric",
     "1 - alpha: coverage, grey shadows",
     "(1 - alpha) * base_color",
+    "(1 - alpha) * base_color / 2 (Modisett), for comparison",
+};
+_Static_assert(sizeof filter_sentences / sizeof *filter_sentences == REQUEST_BLEND_MODISETT + 1,
+               "each filter has a sentence");
+static const char *const volume_map_sentences[] = {
+    "volume, faithful: half floats hold logarithms, which are added up (Kim, Kim and Turk)",
+    "half floats hold light, which is multiplied; it does not return to what it was",
+};
+static const char *const silhouette_form_sentences[] = {
+    "silhouette: faces of volumes are drawn by compute programs, each once with what it counts",
+    "a geometry program draws the face behind an edge as often as it counts",
+    "likewise the tessellator (Lexolights, Peciva), for comparison",
+    "the tessellator draws the sides behind each triangle, a geometry program the triangle",
+    "the tessellator draws both at once",
+    "a geometry program draws into a stencil of 8 bits, for one filter and point at a time",
 };
 static const char *const refraction_sentences[] = {
     "glass bends and scatters what is behind it as its material says",
@@ -306,6 +321,10 @@ static const char *const visibility_sentences[] = {
 static const struct technique_kind technique_kinds[] = {
     {.key = "light_lists", .name = request_light_lists_name, .sentences = light_list_sentences},
     {.key = "blend_filter", .name = request_blend_filter_name, .sentences = filter_sentences},
+    {.key = "volume_map", .name = request_volume_map_name, .sentences = volume_map_sentences},
+    {.key = "silhouette_form",
+     .name = request_silhouette_form_name,
+     .sentences = silhouette_form_sentences},
     {.key = "refraction", .name = request_refraction_name, .sentences = refraction_sentences},
     {.key = "environment_visibility",
      .name = request_visibility_name,

@@ -294,6 +294,8 @@ static json_t *write_chosen(const struct frame_stats_chosen *chosen)
     json_put(&writer, "shadow_prefilter",
              number_or_null(chosen->shadow_prefilter > 1 ? chosen->shadow_prefilter : 0));
     json_put(&writer, "samples", json_integer(chosen->samples));
+    json_put(&writer, "atmosphere_samples", number_or_null(chosen->atmosphere_samples));
+    json_put_text_or_null(&writer, "transparency", chosen->transparency);
     json_put(&writer, "expected_ms",
              chosen->expected_ms > 0 ? json_real(rounded(chosen->expected_ms)) : json_null());
     json_put(&writer, "took_ms",
@@ -305,15 +307,6 @@ static json_t *write_chosen(const struct frame_stats_chosen *chosen)
 }
 
 /* `texts` is the first of `count` buffers of `stride` bytes. */
-static json_t *write_texts(const char *texts, size_t stride, int count)
-{
-    json_t *array = json_array();
-    bool has_failed = !array;
-    for (int i = 0; i < count; i++)
-        json_append(array, json_text(texts + (size_t)i * stride), &has_failed);
-    return json_take_unless(array, has_failed);
-}
-
 static json_t *write_environment(const struct frame_stats_environment *environment)
 {
     if (!environment->image[0])
@@ -346,11 +339,11 @@ json_t *frame_stats_to_json(const struct frame_stats *stats)
     json_put(&writer, "bytes", write_bytes(stats));
     json_put_integer(&writer, "resident_bytes", stats->resident_bytes);
     json_put(&writer, "reused",
-             write_texts(stats->reused[0], sizeof stats->reused[0], stats->reused_count));
+             json_texts(stats->reused[0], sizeof stats->reused[0], stats->reused_count));
     json_put(&writer, "error", frame_stats_error_to_json(stats));
     json_put(&writer, "chosen", write_chosen(&stats->chosen));
     json_put(&writer, "warnings",
-             write_texts(stats->warnings[0], sizeof stats->warnings[0], stats->warning_count));
+             json_texts(stats->warnings[0], sizeof stats->warnings[0], stats->warning_count));
     return json_writer_take(&writer);
 }
 
@@ -488,6 +481,8 @@ static bool read_chosen(const struct json_node *node, struct frame_stats_chosen 
     struct json_node samples = json_member(node, "samples");
     struct json_node compression = json_member(node, "shadow_compression");
     struct json_node prefilter = json_member(node, "shadow_prefilter");
+    struct json_node atmosphere = json_member(node, "atmosphere_samples");
+    struct json_node transparency = json_member(node, "transparency");
     struct json_node ms = json_member(node, "expected_ms");
     struct json_node took = json_member(node, "took_ms"), missed = json_member(node, "missed");
     struct json_node because = json_member(node, "because");
@@ -503,6 +498,8 @@ static bool read_chosen(const struct json_node *node, struct frame_stats_chosen 
            json_read_int(&samples, 1, 256, &chosen->samples) &&
            json_read_number(&compression, 0, 1, &chosen->shadow_compression) &&
            json_read_int(&prefilter, 0, LIMIT_PREFILTER, &chosen->shadow_prefilter) &&
+           json_read_int(&atmosphere, 0, LIMIT_ATMOSPHERE_SAMPLES, &chosen->atmosphere_samples) &&
+           json_read_text(&transparency, chosen->transparency, sizeof chosen->transparency) &&
            json_read_number(&ms, 0, INFINITY, &chosen->expected_ms) &&
            json_read_number(&took, 0, INFINITY, &chosen->took_ms) &&
            json_read_text(&missed, chosen->missed, sizeof chosen->missed) &&

@@ -70,6 +70,8 @@ struct frame_stats_chosen {
     double shadow_compression;            /* of deep lists; 0 = exact */
     int shadow_prefilter;                 /* of deep lists; 0 and 1 = none */
     int samples;
+    int atmosphere_samples; /* 0 = the default, and where there is neither haze nor smoke */
+    char transparency[FRAME_STATS_NAME_BYTES]; /* "" = the one of the request */
     double expected_ms;
     double took_ms;                      /* in the renderer, without pauses; 0: not known */
     char missed[FRAME_STATS_TEXT_BYTES]; /* what was asked for and expected, and why it took longer;

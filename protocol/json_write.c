@@ -75,6 +75,15 @@ json_t *json_numbers(const double *numbers, size_t count)
     return json_take_unless(array, has_failed);
 }
 
+json_t *json_texts(const char *texts, size_t stride, int count)
+{
+    json_t *array = json_array();
+    bool has_failed = !array;
+    for (int i = 0; i < count; i++)
+        json_append(array, json_text(texts + (size_t)i * stride), &has_failed);
+    return json_take_unless(array, has_failed);
+}
+
 void json_put_text(struct json_writer *writer, const char *key, const char *text)
 {
     json_put(writer, key, json_text(text));

@@ -38,6 +38,8 @@ json_t *json_finite(double number);  /* null when it is not finite */
 /* RFC 3339 in UTC; null when the time is 0, never set, or has no calendar date. */
 json_t *json_time(int64_t unix_s);
 json_t *json_numbers(const double *numbers, size_t count);
+/* An array of so many texts, as json_text, whose beginnings lie `stride` bytes apart. */
+json_t *json_texts(const char *texts, size_t stride, int count);
 
 /* The object, or NULL (and nothing leaked) when anything failed. */
 MUST_CHECK json_t *json_writer_take(struct json_writer *writer);

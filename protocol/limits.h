@@ -29,7 +29,7 @@ enum limits {
     LIMIT_ENVIRONMENT_SAMPLES = 4096, /* towards an environment map per point; same reason */
     LIMIT_ATMOSPHERE_SAMPLES = 4096,  /* slices of haze on the way of a pixel; same reason */
     LIMIT_REFRACTION_SAMPLES = 4096,  /* behind a rough surface per sample; same reason */
-    LIMIT_OUTPUTS = 10,               /* outputs of one render */
+    LIMIT_OUTPUTS = 11,               /* outputs of one render */
     LIMIT_FRAMES_KEPT = 1024,         /* frame reports kept for /v1/frames/{id} */
     LIMIT_TRADEOFFS_KEPT = 128,       /* with their rows, some 90 KiB of memory each */
     LIMIT_TRADEOFFS_WAITING = 16,     /* each may take an hour; more are a 503 */

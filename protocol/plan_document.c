@@ -68,17 +68,19 @@ static struct program_totals count_programs(const struct plan_document *document
     return totals;
 }
 
+enum { PLAN_DOCUMENT_FILES_BYTES = PLAN_DOCUMENT_STAGES * (PLAN_DOCUMENT_NAME_BYTES + 3) };
+
 /* "geometry.vert + gbuffer.frag" */
 static void format_files(const struct plan_document_program *program,
-                         char out[2 * PLAN_DOCUMENT_NAME_BYTES + 4])
+                         char out[PLAN_DOCUMENT_FILES_BYTES])
 {
     static const char suffix[] = ".glsl";
     size_t used = 0;
-    for (int i = 0; i < 2 && program->files[i][0]; i++) {
+    for (int i = 0; i < PLAN_DOCUMENT_STAGES && program->files[i][0]; i++) {
         const char *name = program->files[i], *end = strstr(name, suffix);
-        used += (size_t)snprintf(out + used, 2 * PLAN_DOCUMENT_NAME_BYTES + 4 - used, "%s%.*s",
-                                 i ? " + " : "", (int)(end ? (size_t)(end - name) : strlen(name)),
-                                 name);
+        used +=
+            (size_t)snprintf(out + used, PLAN_DOCUMENT_FILES_BYTES - used, "%s%.*s", i ? " + " : "",
+                             (int)(end ? (size_t)(end - name) : strlen(name)), name);
     }
 }
 
@@ -112,6 +114,15 @@ static json_t *defines_to_json(const char *defines)
     return json_take_unless(list, has_failed);
 }
 
+static json_t *files_to_json(const struct plan_document_program *program)
+{
+    json_t *list = json_array();
+    bool has_failed = !list;
+    for (int i = 0; i < PLAN_DOCUMENT_STAGES && program->files[i][0]; i++)
+        json_append(list, json_string(program->files[i]), &has_failed);
+    return json_take_unless(list, has_failed);
+}
+
 static json_t *programs_to_json(const struct plan_document *document, int pass)
 {
     json_t *list = json_array();
@@ -122,9 +133,7 @@ static json_t *programs_to_json(const struct plan_document *document, int pass)
             continue;
         struct json_writer writer = json_writer_begin();
         json_put_text(&writer, "id", program->id);
-        json_put(&writer, "files",
-                 program->files[1][0] ? json_pack("[s,s]", program->files[0], program->files[1])
-                                      : json_pack("[s]", program->files[0]));
+        json_put(&writer, "files", files_to_json(program));
         json_put(&writer, "defines", defines_to_json(program->defines));
         json_put_text(&writer, "place", places[program->place].name);
         json_put_bool(&writer, "is_conditional", program->is_conditional);
@@ -197,6 +206,9 @@ static char *write_json(const struct plan_document *document)
     json_put_integer(&writer, "samples", (uint64_t)document->samples);
     json_put(&writer, "requirements", requirements_to_json(document));
     json_put(&writer, "passes", passes_to_json(document));
+    json_put(
+        &writer, "warnings",
+        json_texts(document->warnings[0], sizeof document->warnings[0], document->warning_count));
     json_put(&writer, "counts", counts_to_json(document));
     json_put(&writer, "lights_by_technique", lights_to_json(document->counts.lights_by_technique));
     return json_take_dump(json_writer_take(&writer), JSON_COMPACT);
@@ -234,7 +246,7 @@ static void write_programs(const struct plan_document *document, FILE *out)
     for (size_t i = 0; i < document->program_count; i++) {
         const struct plan_document_program *program = &document->programs[i];
         const char *defines = program->defines + strspn(program->defines, " ");
-        char files[2 * PLAN_DOCUMENT_NAME_BYTES + 4];
+        char files[PLAN_DOCUMENT_FILES_BYTES];
         if (program->pass != pass)
             fprintf(out, "  %s\n", document->passes[program->pass].pass);
         pass = program->pass;
@@ -274,6 +286,10 @@ static void write_text(const struct plan_document *document, FILE *out)
     if (document->counts.light_batches > 1)
         fprintf(out, "in at least %" PRIu64 " batches: they exceed their budget together\n",
                 document->counts.light_batches);
+    if (document->warning_count)
+        fputs("\nWarnings:\n", out);
+    for (int i = 0; i < document->warning_count; i++)
+        fprintf(out, "  %s\n", document->warnings[i]);
     write_programs(document, out);
 }
 
@@ -316,7 +332,7 @@ static void put_programs(const struct plan_document *document, int pass, const c
 {
     for (size_t i = 0; i < document->program_count; i++) {
         const struct plan_document_program *program = &document->programs[i];
-        char files[2 * PLAN_DOCUMENT_NAME_BYTES + 4];
+        char files[PLAN_DOCUMENT_FILES_BYTES];
         if (program->pass != pass)
             continue;
         format_files(program, files);

@@ -14,9 +14,11 @@
 enum {
     PLAN_DOCUMENT_REQUIREMENTS_MAX = 32,
     PLAN_DOCUMENT_PASSES_MAX = 64,
+    PLAN_DOCUMENT_WARNINGS_MAX = 32,
     PLAN_DOCUMENT_NAME_BYTES = 48,
     PLAN_DOCUMENT_TEXT_BYTES = 200,
     PLAN_DOCUMENT_ID_BYTES = 17,
+    PLAN_DOCUMENT_STAGES = 5, /* of a program, at most */
     PLAN_DOCUMENT_DEFINES_BYTES = 512,
 };
 
@@ -43,9 +45,9 @@ enum plan_document_place {
 };
 
 struct plan_document_program {
-    int pass;                                  /* index of the one that runs it */
-    char id[PLAN_DOCUMENT_ID_BYTES];           /* follows from its source: 16 hex digits */
-    char files[2][PLAN_DOCUMENT_NAME_BYTES];   /* of the stages; the second may be "" */
+    int pass;                        /* index of the one that runs it */
+    char id[PLAN_DOCUMENT_ID_BYTES]; /* follows from its source: 16 hex digits */
+    char files[PLAN_DOCUMENT_STAGES][PLAN_DOCUMENT_NAME_BYTES]; /* the last ones may be "" */
     char defines[PLAN_DOCUMENT_DEFINES_BYTES]; /* NAME or NAME=VALUE, separated by blanks */
     enum plan_document_place place;
     bool is_conditional; /* whether it is needed depends on what the frame counts */
@@ -61,6 +63,9 @@ struct plan_document {
     int requirement_count;
     struct plan_document_pass passes[PLAN_DOCUMENT_PASSES_MAX]; /* in order */
     int pass_count;
+    /* What the frame will warn of, as far as its plan tells. */
+    char warnings[PLAN_DOCUMENT_WARNINGS_MAX][PLAN_DOCUMENT_TEXT_BYTES];
+    int warning_count;
     const struct plan_document_program *programs; /* borrowed; in the order of their passes */
     size_t program_count;
     struct {

@@ -31,6 +31,13 @@ static char *escape_markup(char *text)
     return escaped;
 }
 
+/* Takes the reference. */
+static char *dump_tree(json_t *tree)
+{
+    return escape_markup(
+        json_take_dump(tree, JSON_COMPACT | JSON_ENSURE_ASCII | JSON_REAL_PRECISION(17)));
+}
+
 static char *dump(const struct provenance_desc *desc, json_t *of_request, size_t left_out_bytes)
 {
     struct json_writer writer = json_writer_begin();
@@ -43,8 +50,7 @@ static char *dump(const struct provenance_desc *desc, json_t *of_request, size_t
     if (left_out_bytes > 0)
         json_put_integer(&writer, "request_bytes", left_out_bytes);
     json_put(&writer, "error", frame_stats_error_to_json(desc->stats));
-    return escape_markup(json_take_dump(
-        json_writer_take(&writer), JSON_COMPACT | JSON_ENSURE_ASCII | JSON_REAL_PRECISION(17)));
+    return dump_tree(json_writer_take(&writer));
 }
 
 char *provenance_make(const struct provenance_desc *desc)
@@ -61,4 +67,18 @@ char *provenance_make(const struct provenance_desc *desc)
     }
     json_decref(tree);
     return text;
+}
+
+char *provenance_of_picture(const char *text, size_t length, const char *format,
+                            int quality_percent)
+{
+    json_t *tree = json_loadb(text, length, 0, NULL);
+    json_t *request = json_object_get(tree, "request");
+    if (json_is_object(request)) {
+        json_object_del(request, "tile");
+        json_object_set_new(request, "format", json_string(format));
+        json_object_set_new(request, "quality_percent",
+                            quality_percent ? json_integer(quality_percent) : json_null());
+    }
+    return tree ? dump_tree(tree) : NULL;
 }

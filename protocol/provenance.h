@@ -21,4 +21,10 @@ struct provenance_desc {
  * is that of the frame's stats, or null. malloc'ed; NULL: no memory. */
 MUST_CHECK char *provenance_make(const struct provenance_desc *desc);
 
+/* That of a picture which was joined from tiles, by the text of one of them: without the tile, in
+ * the format of the picture's file, with its quality in [1, 100], or 0 where none was asked for.
+ * malloc'ed; NULL: no memory, or the text is none. */
+MUST_CHECK char *provenance_of_picture(const char *text, size_t length, const char *format,
+                                       int quality_percent);
+
 #endif

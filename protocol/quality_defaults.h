@@ -15,7 +15,9 @@
 #define AREA_SAMPLES_DEFAULT_REFERENCE 256 /* likewise, with `reference` */
 #define ENVIRONMENT_SAMPLES_DEFAULT 16     /* towards an environment map, per ray traced point */
 #define ENVIRONMENT_SAMPLES_DEFAULT_REFERENCE 256 /* likewise, with `reference` */
-#define ATMOSPHERE_SLICES_DEFAULT 64              /* of haze, on the way of a rasterised pixel */
+#define ATMOSPHERE_SLICES_DEFAULT 64              /* of haze, on the way of a rasterised pixel; */
+#define ATMOSPHERE_SLICES_FEWER 16                /* trade-offs and models have these beside it */
+#define ATMOSPHERE_SLICES_MORE 256
 #define GRID_POINTS_DEFAULT 16 /* in a density grid, per light and sample, without `reference`, */
 #define GRID_POINTS_MANY 8     /* where a pixel has 4 samples or more */
 #define SAMPLES_RASTER_MAX 16  /* per pixel, of the rasteriser */

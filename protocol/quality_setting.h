@@ -5,6 +5,7 @@
 #define VITRAIL_PROTOCOL_QUALITY_SETTING_H
 
 #include "protocol/shadow_technique.h"
+#include "protocol/transparency.h"
 
 struct quality_setting {
     enum shadow_technique shadows;
@@ -12,6 +13,9 @@ struct quality_setting {
     int samples;
     double shadow_compression; /* of deep lists; 0 = exact */
     int shadow_prefilter;      /* of deep lists; 0 and 1 = none */
+    int atmosphere_samples;    /* of haze and density grids; 0 = the default, and where there is
+                                  neither */
+    enum transparency transparency; /* AUTO: as the request says, or lists */
 };
 
 #endif

@@ -49,7 +49,18 @@ const char *request_light_lists_name(int light_lists)
 
 const char *request_blend_filter_name(int filter)
 {
-    NAME_OF(filter, "tint", "coverage", "kim");
+    NAME_OF(filter, "tint", "coverage", "kim", "modisett");
+}
+
+const char *request_volume_map_name(int map)
+{
+    NAME_OF(map, "logarithms", "factors");
+}
+
+const char *request_silhouette_form_name(int form)
+{
+    NAME_OF(form, "compute", "geometry", "tessellation", "triangles-two-pass", "triangles-one-pass",
+            "stencil");
 }
 
 const char *request_refraction_name(int refraction)
@@ -65,7 +76,7 @@ const char *request_visibility_name(int visibility)
 const char *request_output_name(int output)
 {
     NAME_OF(output, "color", "depth", "normal", "albedo", "node", "material", "position",
-            "transmittance", "lights", "layers");
+            "transmittance", "lights", "layers", "optical_depth");
 }
 
 const char *request_format_name(int format)
@@ -109,6 +120,10 @@ void request_quality_set(struct request_quality *quality, const struct quality_s
         quality->shadow_taps = setting->shadow_taps;
     }
     quality->samples = setting->samples;
+    if (setting->atmosphere_samples)
+        quality->atmosphere_samples = setting->atmosphere_samples;
+    if (setting->transparency != TRANSPARENCY_AUTO)
+        quality->transparency = setting->transparency;
     quality->max_error = quality->budget_ms = 0;
     quality->says_shadow_resolution = quality->says_shadow_taps = false;
 }

@@ -56,7 +56,21 @@ enum request_light_lists {
 };
 /* What is in the way of an environment map's light in rasterised pictures. */
 enum request_visibility { REQUEST_VISIBILITY_NONE, REQUEST_VISIBILITY_RAYS };
-enum request_blend_filter { REQUEST_BLEND_TINT, REQUEST_BLEND_COVERAGE, REQUEST_BLEND_KIM };
+enum request_volume_map { REQUEST_VOLUME_LOGARITHMS, REQUEST_VOLUME_FACTORS };
+enum request_silhouette_form {
+    REQUEST_SILHOUETTE_COMPUTE,
+    REQUEST_SILHOUETTE_GEOMETRY,
+    REQUEST_SILHOUETTE_TESSELLATION,
+    REQUEST_SILHOUETTE_TRIANGLES_TWO_PASS,
+    REQUEST_SILHOUETTE_TRIANGLES_ONE_PASS,
+    REQUEST_SILHOUETTE_STENCIL
+};
+enum request_blend_filter {
+    REQUEST_BLEND_TINT,
+    REQUEST_BLEND_COVERAGE,
+    REQUEST_BLEND_KIM,
+    REQUEST_BLEND_MODISETT
+};
 enum request_refraction { REQUEST_REFRACTION_AUTO, REQUEST_REFRACTION_OFF };
 enum request_output {
     REQUEST_OUTPUT_COLOR,
@@ -69,6 +83,7 @@ enum request_output {
     REQUEST_OUTPUT_TRANSMITTANCE,
     REQUEST_OUTPUT_LIGHTS,
     REQUEST_OUTPUT_LAYERS,
+    REQUEST_OUTPUT_OPTICAL_DEPTH,
     REQUEST_OUTPUT_COUNT
 };
 enum request_format {
@@ -203,8 +218,10 @@ struct request_quality {
     double shadow_fallback;    /* where exact deep lists exceed the budget they are compressed to
                                   this error; [0.001, 0.5]; 0 = refused */
     bool faithful;             /* techniques exactly as published, where they have such a form */
-    double max_error;          /* [1e-9, 1e6]; 0 = none asked for */
-    double budget_ms;          /* [0.001, 86400000]; 0 = none asked for */
+    enum request_volume_map volume_map; /* faithful, shadows VOLUME: what half floats hold */
+    enum request_silhouette_form silhouette_form; /* shadows SILHOUETTE: what draws faces */
+    double max_error;                             /* [1e-9, 1e6]; 0 = none asked for */
+    double budget_ms;                             /* [0.001, 86400000]; 0 = none asked for */
 };
 
 /* Light from an environment map. */
@@ -357,6 +374,8 @@ const char *request_tone_mapping_name(int mapping);
 const char *request_studio_name(int studio);
 const char *request_light_lists_name(int light_lists);
 const char *request_blend_filter_name(int filter);
+const char *request_volume_map_name(int map);
+const char *request_silhouette_form_name(int form);
 const char *request_refraction_name(int refraction);
 const char *request_visibility_name(int visibility);
 const char *request_output_name(int output);

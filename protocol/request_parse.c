@@ -27,19 +27,26 @@ static bool read_techniques(const struct json_node *node, struct request_quality
     const struct json_choice transparency = {.name = transparency_name};
     const struct json_choice light_lists = {.name = request_light_lists_name};
     const struct json_choice filters = {.name = request_blend_filter_name};
+    const struct json_choice volume_maps = {.name = request_volume_map_name};
+    const struct json_choice silhouette_forms = {.name = request_silhouette_form_name};
     const struct json_choice refractions = {.name = request_refraction_name};
     const struct json_choice visibilities = {.name = request_visibility_name};
     struct json_node shadows_node = json_member(node, "shadows");
     struct json_node transparency_node = json_member(node, "transparency");
     struct json_node light_lists_node = json_member(node, "light_lists");
     struct json_node filter_node = json_member(node, "blend_filter");
+    struct json_node volume_map_node = json_member(node, "volume_map");
+    struct json_node silhouette_form_node = json_member(node, "silhouette_form");
     struct json_node refraction_node = json_member(node, "refraction");
     struct json_node visibility_node = json_member(node, "environment_visibility");
     int shadow = 0, transparent = 0, light_list = 0, filter = 0, refraction = 0, visibility = 0;
+    int volume_map = 0, silhouette_form = 0;
     if (!json_read_choice(&shadows_node, &shadows, &shadow) ||
         !json_read_choice(&transparency_node, &transparency, &transparent) ||
         !json_read_choice(&light_lists_node, &light_lists, &light_list) ||
         !json_read_choice(&filter_node, &filters, &filter) ||
+        !json_read_choice(&volume_map_node, &volume_maps, &volume_map) ||
+        !json_read_choice(&silhouette_form_node, &silhouette_forms, &silhouette_form) ||
         !json_read_choice(&refraction_node, &refractions, &refraction) ||
         !json_read_choice(&visibility_node, &visibilities, &visibility))
         return false;
@@ -47,6 +54,8 @@ static bool read_techniques(const struct json_node *node, struct request_quality
     quality->transparency = (enum transparency)transparent;
     quality->light_lists = (enum request_light_lists)light_list;
     quality->blend_filter = (enum request_blend_filter)filter;
+    quality->volume_map = (enum request_volume_map)volume_map;
+    quality->silhouette_form = (enum request_silhouette_form)silhouette_form;
     quality->refraction = (enum request_refraction)refraction;
     quality->environment_visibility = (enum request_visibility)visibility;
     return true;
@@ -88,6 +97,8 @@ static bool read_quality(const struct json_node *node, struct request_quality *q
                                         "transparency",
                                         "light_lists",
                                         "blend_filter",
+                                        "volume_map",
+                                        "silhouette_form",
                                         "refraction",
                                         "shadow_resolution",
                                         "shadow_taps",

@@ -324,6 +324,9 @@ json_t *request_quality_to_tree(const struct request_quality *quality)
     json_put(&writer, "shadow_prefilter", json_integer(quality->shadow_prefilter));
     put_number_or_null(&writer, "shadow_fallback", quality->shadow_fallback);
     json_put_bool(&writer, "faithful", quality->faithful);
+    json_put_text(&writer, "volume_map", request_volume_map_name((int)quality->volume_map));
+    json_put_text(&writer, "silhouette_form",
+                  request_silhouette_form_name((int)quality->silhouette_form));
     json_put_bool(&writer, "reference", quality->reference);
     json_put(&writer, "area_samples", integer_or_null(quality->area_samples));
     json_put_text(&writer, "environment_visibility",
@@ -405,6 +408,7 @@ char *request_reference_text(json_t *members, const struct request_quality *qual
     plain.max_error = plain.budget_ms = 0;
     plain.shadow_compression = plain.shadow_fallback = 0;
     plain.shadow_prefilter = 1;
+    plain.atmosphere_samples = 0;
     json_t *copy = json_copy(members);
     struct json_writer writer = {.object = copy, .has_failed = !copy};
     json_put(&writer, "quality", request_quality_to_tree(&plain));

@@ -95,14 +95,29 @@ void tradeoff_warn(struct tradeoff *tradeoff, const char *format, ...)
     utf8_sanitize(text, length >= TRADEOFF_TEXT_BYTES);
 }
 
-void tradeoff_lists_label(const struct quality_setting *setting, char label[32])
+const char *tradeoff_method(const struct quality_setting *setting)
+{
+    bool has_one = setting->transparency != TRANSPARENCY_AUTO;
+    return has_one ? transparency_name((int)setting->transparency) : NULL;
+}
+
+void tradeoff_extras_label(const struct quality_setting *setting, char label[TRADEOFF_EXTRAS_BYTES])
 {
     char error[16] = "", rays[16] = "";
+    const char *method = tradeoff_method(setting);
     if (setting->shadow_compression > 0)
         snprintf(error, sizeof error, ", e %.3g", setting->shadow_compression);
     if (setting->shadow_prefilter > 1)
         snprintf(rays, sizeof rays, ", k %d", setting->shadow_prefilter);
-    snprintf(label, 32, "%s%s", rays, error);
+    snprintf(label, TRADEOFF_EXTRAS_BYTES, "%s%s%s%s", rays, error, method ? ", " : "",
+             method ? method : "");
+}
+
+void tradeoff_media_label(const struct quality_setting *setting, char label[TRADEOFF_MEDIA_BYTES])
+{
+    label[0] = 0;
+    if (setting->atmosphere_samples)
+        snprintf(label, TRADEOFF_MEDIA_BYTES, ", media %d", setting->atmosphere_samples);
 }
 
 void tradeoff_setting_label(const struct quality_setting *setting, char label[TRADEOFF_LABEL_BYTES])
@@ -111,11 +126,12 @@ void tradeoff_setting_label(const struct quality_setting *setting, char label[TR
     if (setting->shadow_resolution)
         snprintf(map, sizeof map, " %d, %d tap%s", setting->shadow_resolution, setting->shadow_taps,
                  setting->shadow_taps == 1 ? "" : "s");
-    char lists[32];
-    tradeoff_lists_label(setting, lists);
-    snprintf(label, TRADEOFF_LABEL_BYTES, "%.12s%s%s, %d sample%s",
-             shadow_technique_name((int)setting->shadows), map, lists, setting->samples,
-             setting->samples == 1 ? "" : "s");
+    char extras[TRADEOFF_EXTRAS_BYTES], media[TRADEOFF_MEDIA_BYTES];
+    tradeoff_extras_label(setting, extras);
+    tradeoff_media_label(setting, media);
+    snprintf(label, TRADEOFF_LABEL_BYTES, "%s%s%s, %d sample%s%s",
+             shadow_technique_name((int)setting->shadows), map, extras, setting->samples,
+             setting->samples == 1 ? "" : "s", media);
 }
 
 static bool is_beaten(const struct tradeoff *tradeoff, const struct tradeoff_row *row)
@@ -167,10 +183,14 @@ static void write_csv_row(FILE *out, const struct tradeoff_row *row)
     fprintf(out, ",%llu,%s,", (unsigned long long)row->bytes, row->is_on_front ? "true" : "false");
     if (setting->shadow_compression > 0)
         fprintf(out, "%.9g", setting->shadow_compression);
+    fputc(',', out);
     if (setting->shadow_prefilter > 1)
-        fprintf(out, ",%d\r\n", setting->shadow_prefilter);
-    else
-        fputs(",\r\n", out);
+        fprintf(out, "%d", setting->shadow_prefilter);
+    fputc(',', out);
+    if (setting->atmosphere_samples)
+        fprintf(out, "%d", setting->atmosphere_samples);
+    const char *method = tradeoff_method(setting);
+    fprintf(out, ",%s\r\n", method ? method : "");
 }
 
 char *tradeoff_to_csv(const struct tradeoff *tradeoff)
@@ -182,7 +202,8 @@ char *tradeoff_to_csv(const struct tradeoff *tradeoff)
         return NULL;
     fputs("shadows,shadow_resolution,shadow_taps,samples,warm_ms_median,warm_ms_spread,"
           "warm_ms_max,warm_runs,cold_ms_median,cold_ms_spread,cold_ms_max,cold_runs,"
-          "rmse,p999,max,flip,bytes,on_front,shadow_compression,shadow_prefilter\r\n",
+          "rmse,p999,max,flip,bytes,on_front,shadow_compression,shadow_prefilter,"
+          "atmosphere_samples,transparency\r\n",
           out);
     for (int i = 0; i < tradeoff->row_count; i++)
         write_csv_row(out, &tradeoff->rows[i]);

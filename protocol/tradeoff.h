@@ -14,7 +14,7 @@
 #include "protocol/render_request.h"
 
 enum {
-    TRADEOFF_ROWS_MAX = 160,   /* the whole sweep has 128 */
+    TRADEOFF_ROWS_MAX = 160,   /* the whole sweep has 128 where there is neither haze nor smoke */
     TRADEOFF_REPEATS_MAX = 20, /* timed runs of one setting */
     TRADEOFF_SKIPS_MAX = 64,
     TRADEOFF_WARNINGS_MAX = 16,
@@ -130,10 +130,20 @@ void tradeoff_skip(struct tradeoff *tradeoff, const char *what, const char *form
 void tradeoff_warn(struct tradeoff *tradeoff, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-/* What a setting says of deep lists, as ", k 2, e 0.02"; "" where they are exact. */
-void tradeoff_lists_label(const struct quality_setting *setting, char label[32]);
-/* "deep 1024, 4 taps, 1 sample" */
-enum { TRADEOFF_LABEL_BYTES = 64 };
+/* The setting of a row, or of `chosen` of the stats, as this program's own code has written either.
+ * What is missing, null or unknown is 0; a technique, SHADOWS_COUNT. */
+struct quality_setting tradeoff_setting_from_json(const json_t *members);
+/* The transparency that a setting names; NULL: none. */
+const char *tradeoff_method(const struct quality_setting *setting);
+/* What a setting says of deep lists and of transparent surfaces, as ", k 2, e 0.02, sorted"; ""
+ * where both are as by default. */
+enum { TRADEOFF_EXTRAS_BYTES = 56, TRADEOFF_MEDIA_BYTES = 24 };
+void tradeoff_extras_label(const struct quality_setting *setting,
+                           char label[TRADEOFF_EXTRAS_BYTES]);
+/* What it says of haze and density grids, as ", media 16"; "" for the default. */
+void tradeoff_media_label(const struct quality_setting *setting, char label[TRADEOFF_MEDIA_BYTES]);
+/* "deep 1024, 4 taps, 1 sample, media 16" */
+enum { TRADEOFF_LABEL_BYTES = 128 };
 void tradeoff_setting_label(const struct quality_setting *setting,
                             char label[TRADEOFF_LABEL_BYTES]);
 

@@ -67,6 +67,8 @@ static json_t *write_row(const struct tradeoff_row *row)
     json_put(
         &writer, "shadow_prefilter",
         integer_or_null(row->setting.shadow_prefilter > 1 ? row->setting.shadow_prefilter : 0));
+    json_put(&writer, "atmosphere_samples", integer_or_null(row->setting.atmosphere_samples));
+    json_put_text_or_null(&writer, "transparency", tradeoff_method(&row->setting));
     json_put(&writer, "warm_ms", write_times(&row->warm));
     json_put(&writer, "cold_ms", write_times(&row->cold));
     json_put(&writer, "error", write_error(row));
@@ -96,15 +98,6 @@ static json_t *write_skips(const struct tradeoff *tradeoff)
         json_append(skips, json_writer_take(&writer), &has_failed);
     }
     return json_take_unless(skips, has_failed);
-}
-
-static json_t *write_warnings(const struct tradeoff *tradeoff)
-{
-    json_t *warnings = json_array();
-    bool has_failed = !warnings;
-    for (int i = 0; i < tradeoff->warning_count; i++)
-        json_append(warnings, json_text(tradeoff->warnings[i]), &has_failed);
-    return json_take_unless(warnings, has_failed);
 }
 
 static json_t *write_options(const struct tradeoff_options *options)
@@ -182,7 +175,9 @@ json_t *tradeoff_to_json(const struct tradeoff *tradeoff)
     json_put(&writer, "counts", write_counts(tradeoff));
     json_put(&writer, "settings", write_rows(tradeoff));
     json_put(&writer, "skipped", write_skips(tradeoff));
-    json_put(&writer, "warnings", write_warnings(tradeoff));
+    json_put(
+        &writer, "warnings",
+        json_texts(tradeoff->warnings[0], sizeof tradeoff->warnings[0], tradeoff->warning_count));
     json_put(&writer, "request", tradeoff->request ? json_incref(tradeoff->request) : json_null());
     return json_writer_take(&writer);
 }
@@ -235,9 +230,11 @@ static bool read_error(const struct json_node *node, struct tradeoff_row *row)
 static bool read_row(const struct json_node *node, struct tradeoff_row *row)
 {
     const struct json_choice names = {.name = shadow_technique_name};
+    const struct json_choice methods = {.name = transparency_name};
     if (!json_expect_object(node, NULL))
         return false;
     struct json_node shadows = json_member(node, "shadows");
+    struct json_node transparency = json_member(node, "transparency");
     struct json_node resolution = json_member(node, "shadow_resolution");
     struct json_node taps = json_member(node, "shadow_taps");
     struct json_node samples = json_member(node, "samples");
@@ -246,16 +243,21 @@ static bool read_row(const struct json_node *node, struct tradeoff_row *row)
     struct json_node front = json_member(node, "on_front"), image = json_member(node, "image");
     struct json_node compression = json_member(node, "shadow_compression");
     struct json_node prefilter = json_member(node, "shadow_prefilter");
-    int technique = 0;
+    struct json_node atmosphere = json_member(node, "atmosphere_samples");
+    int technique = 0, method = TRANSPARENCY_AUTO;
     if (!json_expect_present(&shadows) || !json_read_choice(&shadows, &names, &technique) ||
         !json_read_int(&resolution, 0, LIMIT_SHADOW_RESOLUTION, &row->setting.shadow_resolution) ||
         !json_read_int(&taps, 0, LIMIT_SHADOW_TAPS, &row->setting.shadow_taps) ||
         !json_expect_present(&samples) || !json_read_int(&samples, 1, 256, &row->setting.samples) ||
         !json_read_number(&compression, LIMIT_COMPRESSION_LEAST, LIMIT_COMPRESSION_MOST,
                           &row->setting.shadow_compression) ||
-        !json_read_int(&prefilter, 1, LIMIT_PREFILTER, &row->setting.shadow_prefilter))
+        !json_read_int(&prefilter, 1, LIMIT_PREFILTER, &row->setting.shadow_prefilter) ||
+        !json_read_int(&atmosphere, 1, LIMIT_ATMOSPHERE_SAMPLES,
+                       &row->setting.atmosphere_samples) ||
+        !json_read_choice(&transparency, &methods, &method))
         return false;
     row->setting.shadows = (enum shadow_technique)technique;
+    row->setting.transparency = (enum transparency)method;
     return read_times(&warm, &row->warm) && read_times(&cold, &row->cold) &&
            read_error(&error, row) && json_read_uint64(&bytes, &row->bytes) &&
            json_read_bool(&front, &row->is_on_front) &&
@@ -433,4 +435,30 @@ bool tradeoff_from_json(json_t *json, struct tradeoff *tradeoff, struct error *e
     }
     tradeoff_finish(tradeoff);
     return false;
+}
+
+/* ---- of others, who check nothing ---- */
+
+static int whole_of(const json_t *members, const char *key)
+{
+    const json_t *number = json_object_get(members, key);
+    return json_is_integer(number) && json_integer_value(number) > 0
+               ? (int)json_integer_value(number)
+               : 0;
+}
+
+struct quality_setting tradeoff_setting_from_json(const json_t *members)
+{
+    const char *shadows = json_string_value(json_object_get(members, "shadows"));
+    const char *method = json_string_value(json_object_get(members, "transparency"));
+    return (struct quality_setting){
+        .shadows = shadows ? shadow_technique_find(shadows) : SHADOWS_COUNT,
+        .shadow_resolution = whole_of(members, "shadow_resolution"),
+        .shadow_taps = whole_of(members, "shadow_taps"),
+        .samples = whole_of(members, "samples"),
+        .shadow_compression = json_number_value(json_object_get(members, "shadow_compression")),
+        .shadow_prefilter = whole_of(members, "shadow_prefilter"),
+        .atmosphere_samples = whole_of(members, "atmosphere_samples"),
+        .transparency = method ? transparency_find(method) : TRANSPARENCY_AUTO,
+    };
 }

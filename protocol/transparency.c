@@ -3,6 +3,7 @@
 #include "protocol/transparency.h"
 
 #include <stddef.h>
+#include <string.h>
 
 const struct transparency_row transparency_rows[TRANSPARENCIES_COUNT] = {
 #define ROW(id, wire_name, abilities, says) \
@@ -15,6 +16,14 @@ const char *transparency_name(int transparency)
 {
     bool is_there = transparency >= 0 && transparency < TRANSPARENCIES_COUNT;
     return is_there ? transparency_rows[transparency].name : NULL;
+}
+
+enum transparency transparency_find(const char *name)
+{
+    int found = TRANSPARENCIES_COUNT - 1;
+    while (found > TRANSPARENCY_AUTO && strcmp(transparency_rows[found].name, name) != 0)
+        found--;
+    return (enum transparency)found;
 }
 
 const char *transparency_can_name(int bit)

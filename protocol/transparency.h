@@ -59,6 +59,8 @@ extern const struct transparency_row transparency_rows[TRANSPARENCIES_COUNT];
 #define TRANSPARENCY_NAMES (&(TRANSPARENCIES(TRANSPARENCY_NEXT))[2])
 
 const char *transparency_name(int transparency); /* NULL: none has this number */
+/* AUTO for a name that none has. */
+enum transparency transparency_find(const char *name);
 /* The name on the wire of a bit; NULL behind the last. */
 const char *transparency_can_name(int bit);
 

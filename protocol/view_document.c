@@ -682,6 +682,10 @@ static int scaled(int side_px, double scale)
     return exact < 1 ? 1 : (int)exact;
 }
 
+/* Columns of haze, and of the light in smoke, are as many at any scale: those of a moving frame are
+ * found with a quarter of the slices, which are a quarter as many columns. */
+enum { MOVING_SLICES = 16 };
+
 /* Samples and taps change no structure, so that shadow maps are the same moving and at rest; nor do
  * traced shadows need one for motion that others would have to build. The reference is ray-traced.
  */
@@ -693,6 +697,8 @@ static struct request_quality moving_quality(const struct request_quality *quali
     if (shadow_technique_is_renderer(moving.shadows))
         moving.shadows = SHADOWS_AUTO;
     moving.reference = false;
+    if (quality_or(moving.atmosphere_samples, ATMOSPHERE_SLICES_DEFAULT) > MOVING_SLICES)
+        moving.atmosphere_samples = MOVING_SLICES;
     return moving;
 }
 

@@ -65,6 +65,8 @@ struct frame_report {
         double expected_ms;              /* 0: not known */
     } chosen;
     char environment[65]; /* key of the map that lights; "": none */
+    bool has_layers;      /* transparent surfaces are in view, */
+    unsigned layer_needs; /* of whose method this is asked: enum transparency_can */
     bool is_kept_picture; /* nothing was drawn but what lies over it: it teaches nothing */
     bool has_cut_lists;   /* some did not find the room that was guessed: the frame is made again */
     bool has_lost_window; /* what came of it could not be read back: the frame has failed */

@@ -131,7 +131,26 @@ enum view_light_lists {
 };
 
 /* What t is for an alpha-blended surface seen by light (docs/explanation/shading.md). */
-enum view_blend_filter { VIEW_BLEND_TINT, VIEW_BLEND_COVERAGE, VIEW_BLEND_KIM };
+enum view_blend_filter {
+    VIEW_BLEND_TINT,
+    VIEW_BLEND_COVERAGE,
+    VIEW_BLEND_KIM,
+    VIEW_BLEND_MODISETT
+};
+
+/* What the half floats of `volume`, as published, hold (docs/explanation/shading.md). */
+enum view_volume_map { VIEW_VOLUME_LOGARITHMS, VIEW_VOLUME_FACTORS };
+
+/* What draws the faces of `silhouette` (docs/explanation/shading.md, "Silhouettes"). */
+enum view_silhouette_form {
+    VIEW_SILHOUETTE_COMPUTE,
+    VIEW_SILHOUETTE_GEOMETRY,
+    VIEW_SILHOUETTE_TESSELLATION,
+    VIEW_SILHOUETTE_TRIANGLES_TWO_PASS, /* tessellator: the three sides behind each triangle; */
+    VIEW_SILHOUETTE_TRIANGLES_ONE_PASS, /* and the triangle with them */
+    VIEW_SILHOUETTE_STENCIL,            /* a geometry program, into a stencil of 8 bits */
+    VIEW_SILHOUETTE_FORMS
+};
 
 /* How the camera sees what lies behind transmissive surfaces (docs/explanation/shading.md, 8). */
 enum view_refraction {
@@ -154,10 +173,12 @@ struct view_quality {
     /* 0 in the next three and in area_samples: the default (protocol/quality_defaults.h) */
     int shadow_resolution; /* texels per side of one map face */
     int shadow_taps;       /* 1, 4, 9, 16, 64: nearest, or a tent of sqrt(taps) texels */
-    int samples;    /* per pixel, 1, 4, 8 or 16; by default 1 where the device's targets have one;
-                       raytraced: also 64 and 256; of these 16, 64 and 256 on a regular grid */
-    bool faithful;  /* techniques exactly as published, with their approximations: those that have
-                       such a form */
+    int samples;   /* per pixel, 1, 4, 8 or 16; by default 1 where the device's targets have one;
+                      raytraced: also 64 and 256; of these 16, 64 and 256 on a regular grid */
+    bool faithful; /* techniques exactly as published, with their approximations: those that have
+                      such a form */
+    enum view_volume_map volume_map;           /* faithful, shadows VOLUME */
+    enum view_silhouette_form silhouette_form; /* shadows SILHOUETTE */
     bool reference; /* the ground truth: ray traced in f64, every light, pixels on a regular grid;
                        shadows AUTO or RAYTRACED only */
     bool expects_reuse; /* shadows AUTO: one of many frames, so what is kept between them costs
@@ -201,6 +222,8 @@ enum view_output {
     VIEW_OUTPUT_TRANSMITTANCE, /* F32 RGB, of all transparent layers to the first opaque surface */
     VIEW_OUTPUT_LIGHTS, /* U32, entries of the light list at the nearest surface; 0 where none is */
     VIEW_OUTPUT_LAYERS, /* U32, entries of the pixel's transparent list */
+    VIEW_OUTPUT_OPTICAL_DEPTH, /* F32 RGB, of media, haze and density grids to the first opaque
+                                  surface, without filters; +inf in haze without an end */
     VIEW_OUTPUT_COUNT
 };
 

@@ -16,6 +16,7 @@ export const SHOWN = {
   normal: { text: "Normals", about: "World x, y, z from −1 to 1 as red, green, blue" },
   albedo: { text: "Base colour", about: "Of the nearest surface, without light" },
   transmittance: { text: "Transmittance", about: "What transparent layers let through to the camera" },
+  optical_depth: { text: "Optical depth", about: "What haze, smoke and bodies take away: clear is black" },
 };
 
 const RAMP = [[0, 0, 0], [28, 40, 150], [0, 140, 200], [20, 170, 70], [245, 215, 40], [220, 40, 30],
@@ -97,9 +98,9 @@ export class HeatView {
   /** The view changed. */
   update(wanted) {
     // those of the colours
-    const { background: _, highlight: __, edges: ___, ground_plane: ____, atmosphere: _____,
-      ...rest } = wanted;
-    this.#live?.show({ ...rest, output: this.shown });
+    const { background: _, highlight: __, edges: ___, ground_plane: ____, atmosphere, ...rest } = wanted;
+    const isThick = this.shown === "optical_depth" && atmosphere;
+    this.#live?.show({ ...rest, ...(isThick && { atmosphere }), output: this.shown });
   }
 
   stop() {

@@ -7,7 +7,7 @@ import { drawnOverGroup } from "./drawn_over.js";
 
 const TITLES = {
   shadows: "Shadows", transparency: "Transparency", light_lists: "Light lists", blend_filter: "Glass filter",
-  refraction: "Refraction",
+  volume_map: "Half floats", silhouette_form: "Silhouettes by", refraction: "Refraction",
   environment_visibility: "Shadows of the map",
 };
 

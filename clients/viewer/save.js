@@ -46,7 +46,7 @@ export function openSave(client, wanted, name) {
     selectField({ label: "Content", value: "color", options: [["color", "Colour"], ["depth", "Depth"],
       ["normal", "Normal"], ["albedo", "Base colour"],
       ["transmittance", "Transmittance"], ["lights", "Lights, as a heat map"],
-      ["layers", "Transparent layers, as a heat map"]], onchange: (value) => (chosen.aov = value) }).row,
+      ["layers", "Transparent layers, as a heat map"], ["optical_depth", "Optical depth"]], onchange: (value) => (chosen.aov = value) }).row,
     size("width", "Width"), size("height", "Height"),
     el("div", { class: "row row-end" },
       button({ text: "Cancel", onclick: () => dialog.close() }), go));

@@ -23,6 +23,37 @@ export class VitrailError extends Error {
   }
 }
 
+/**
+ * A `.glb` that shows one density grid, smoke say, for `postScene`.
+ * @param {ArrayLike<number>} values densities at the centres of voxels: x first, then y, then z
+ * @param {number[]} size voxels along x, y and z
+ * @param {{min: number[], max: number[], name?: string, density?: number, color?: number[],
+ *   extinction?: number[], anisotropy?: number}} look the corners of the box [m], and what a grid
+ *   of VITRAIL_density_grids has (docs/reference/scene-formats.md)
+ */
+export function densityGrid(values, size, { name = "smoke", ...look }) {
+  const count = size.reduce((product, side) => product * side, 1);
+  if (size.length !== 3 || count !== values.length)
+    throw new RangeError(`${values.length} values in a grid of ${size.join(" x ")}`);
+  const text = new TextEncoder().encode(JSON.stringify({
+    asset: { version: "2.0" }, extensionsUsed: ["VITRAIL_density_grids"],
+    extensions: { VITRAIL_density_grids: { grids: [{ name, size, values: 0, ...look }] } },
+    scene: 0, scenes: [{ nodes: [0] }],
+    nodes: [{ name, extensions: { VITRAIL_density_grids: { grid: 0 } } }],
+    accessors: [{ bufferView: 0, componentType: 5126, type: "SCALAR", count }],
+    bufferViews: [{ buffer: 0, byteLength: 4 * count }], buffers: [{ byteLength: 4 * count }],
+  }));
+  const begin = 28 + Math.ceil(text.length / 4) * 4; // of the numbers
+  const glb = new DataView(new ArrayBuffer(begin + 4 * count));
+  const head = [0x46546c67, 2, glb.byteLength, begin - 28, 0x4e4f534a];
+  head.forEach((word, i) => glb.setUint32(4 * i, word, true));
+  new Uint8Array(glb.buffer, 20, begin - 28).fill(0x20).set(text);
+  glb.setUint32(begin - 8, 4 * count, true);
+  glb.setUint32(begin - 4, 0x004e4942, true);
+  for (let i = 0; i < count; i++) glb.setFloat32(begin + 4 * i, values[i], true);
+  return new Blob([glb.buffer], { type: "model/gltf-binary" });
+}
+
 /** "queue;dur=0.1, total;dur=9" as {queue: 0.1, total: 9}. */
 export function parseServerTiming(header) {
   const found = {};

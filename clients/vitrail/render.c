@@ -16,6 +16,7 @@
 #include "clients/vitrail/scene_defaults.h"
 #include "clients/vitrail/scene_source.h"
 #include "clients/vitrail/warnings.h"
+#include "protocol/tradeoff.h"
 
 struct render_options {
     struct common_options common;
@@ -220,17 +221,19 @@ static void print_chosen(const struct render *render)
     const json_t *chosen = json_object_get(render->frame, "chosen");
     const char *shadows = json_string_value(json_object_get(chosen, "shadows"));
     const char *because = json_string_value(json_object_get(chosen, "because"));
-    const json_t *resolution = json_object_get(chosen, "shadow_resolution");
-    char text[FAILURE_MESSAGE_BYTES], map[48] = "";
+    const struct quality_setting setting = tradeoff_setting_from_json(chosen);
+    char text[FAILURE_MESSAGE_BYTES], map[48] = "", extras[TRADEOFF_EXTRAS_BYTES];
+    char media[TRADEOFF_MEDIA_BYTES];
 
     if (!shadows || !because)
         return;
     text_copy_printable(text, sizeof text, because);
-    if (json_is_integer(resolution))
-        snprintf(map, sizeof map, " %d, %d taps", (int)json_integer_value(resolution),
-                 (int)json_integer_value(json_object_get(chosen, "shadow_taps")));
-    printf("chosen: %.32s%s, %d samples per pixel: %s\n", shadows, map,
-           (int)json_integer_value(json_object_get(chosen, "samples")), text);
+    tradeoff_extras_label(&setting, extras);
+    tradeoff_media_label(&setting, media);
+    if (setting.shadow_resolution)
+        snprintf(map, sizeof map, " %d, %d taps", setting.shadow_resolution, setting.shadow_taps);
+    printf("chosen: %.32s%s%s, %d samples per pixel%s: %s\n", shadows, map, extras, setting.samples,
+           media, text);
 }
 
 static void print_result_json(const struct render *render, double elapsed_s)

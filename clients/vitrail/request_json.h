@@ -140,7 +140,8 @@ struct request_options {
         REQUEST_OPTION(owner, TEXT, "light-lists", "NAME", "auto, clustered, linked",              \
                        light_lists),                                                               \
         REQUEST_OPTION(owner, TEXT, "transparency", "NAME", TRANSPARENCY_NAMES, transparency),     \
-        REQUEST_OPTION(owner, TEXT, "blend-filter", "NAME", "tint, coverage, kim", blend_filter),  \
+        REQUEST_OPTION(owner, TEXT, "blend-filter", "NAME", "tint, coverage, kim, modisett",       \
+                       blend_filter),                                                              \
         REQUEST_OPTION(owner, TEXT, "refraction", "NAME",                                          \
                        "auto, off: all is seen straight through glass", refraction),               \
         REQUEST_OPTION(owner, NUMBER, "refraction-samples", "N",                                   \
@@ -163,7 +164,7 @@ struct request_options {
 #define REQUEST_OPTIONS(owner)                                                              \
     REQUEST_OPTION(owner, LIST, "output", "NAME",                                           \
                    "color, depth, normal, albedo, node, material, position,\n"              \
-                   "transmittance, lights, layers\n"                                        \
+                   "transmittance, lights, layers, optical_depth\n"                         \
                    "(several: .exr)",                                                       \
                    outputs),                                                                \
         REQUEST_OPTION(owner, TEXT, "tile", "X,Y,WxH",                                      \

@@ -49,17 +49,27 @@ bool scene_source_check(const char *path, struct failure *failure)
     return true;
 }
 
+/* Asks for a new scene, and reads its id. */
+static bool send_new(struct session *session, const struct http_request *request, const char *task,
+                     char id[SCENE_ID_BYTES], struct failure *failure)
+{
+    struct http_reply reply;
+    if (!upload_watch_ask(session, request, task, &reply, failure))
+        return false;
+    bool is_ok = resource_read_id(&reply, task, id, failure);
+    http_reply_finish(&reply);
+    return is_ok;
+}
+
 static bool upload(struct session *session, const char *path, const struct gltf_files *files,
                    const struct file_options *options, char id[SCENE_ID_BYTES],
                    struct failure *failure)
 {
-    struct http_reply reply;
     const char *name = options->name;
     char address[sizeof "/v1/scenes?name=&scene=&unit=&up=&deflection=" + 9 * RESOURCE_NAME_BYTES] =
         "/v1/scenes";
     struct http_request request = {.method = "POST", .path = address};
     char task[256], file_name[RESOURCE_NAME_BYTES];
-    bool is_ok;
 
     if (!files && !name) { /* the server knows the names of several files */
         resource_name_from_path(path, file_name);
@@ -78,11 +88,7 @@ static bool upload(struct session *session, const char *path, const struct gltf_
         request.content_type = "model/gltf-binary";
     }
     snprintf(task, sizeof task, "the scene '%.200s'", path);
-    if (!upload_watch_ask(session, &request, task, &reply, failure))
-        return false;
-    is_ok = resource_read_id(&reply, task, id, failure);
-    http_reply_finish(&reply);
-    return is_ok;
+    return send_new(session, &request, task, id, failure);
 }
 
 bool scene_source_push(struct session *session, const char *path,
@@ -131,6 +137,30 @@ bool scene_source_push_demo(struct session *session, const char *name, struct sc
         return false;
     is_ok = resource_read_id(&reply, "the demo scene", push->id, failure);
     http_reply_finish(&reply);
+    return is_ok;
+}
+
+bool scene_source_push_grid(struct session *session, const json_t *grid, const char *name,
+                            struct scene_push *push, struct failure *failure)
+{
+    static const char extension[] = "VITRAIL_density_grids";
+    char address[sizeof "/v1/scenes?name=" + 3 * RESOURCE_NAME_BYTES] = "/v1/scenes";
+    const char *own = json_string_value(json_object_get(grid, "name"));
+
+    *push = (struct scene_push){.was_sent = true};
+    json_t *document = json_pack(
+        "{s:{s:s}, s:[s], s:{s:{s:[O]}}, s:i, s:[{s:[i]}], s:[{s:s, s:{s:{s:i}}}]}", "asset",
+        "version", "2.0", "extensionsUsed", extension, "extensions", extension, "grids", grid,
+        "scene", 0, "scenes", "nodes", 0, "nodes", "name", own, "extensions", extension, "grid", 0);
+    char *text = document ? json_dumps(document, JSON_COMPACT) : NULL;
+    json_decref(document);
+    if (!text)
+        return fail_no_memory(failure);
+    resource_add_query(address, sizeof address, "name", name ? name : own);
+    const struct http_request request = {
+        .method = "POST", .path = address, .content_type = "model/gltf+json", .body = text};
+    bool is_ok = send_new(session, &request, "the procedure", push->id, failure);
+    free(text);
     return is_ok;
 }
 

@@ -72,6 +72,11 @@ bool scene_source_push(struct session *session, const char *path,
 bool scene_source_push_demo(struct session *session, const char *name, struct scene_push *push,
                             struct failure *failure);
 
+/* Sends a scene that shows one density grid, as procedure_spec_parse has it, called `name`, NULL:
+ * as the grid. */
+bool scene_source_push_grid(struct session *session, const json_t *grid, const char *name,
+                            struct scene_push *push, struct failure *failure);
+
 /* scene_source_check() for `source`, unless it is NULL or on the server, and for the scenes of the
  * parts of `request` and its environment map likewise. An option for one scene of a file needs a
  * file. options: NULL: none. */

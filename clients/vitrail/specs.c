@@ -3,6 +3,7 @@
  * here. */
 #include "clients/vitrail/specs.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,7 +22,7 @@ static bool fail_spec(struct failure *failure, const char *what, const char *tex
 /* A whole number is sent as an integer, so that the request reads as it was typed. */
 static json_t *number_json(double value)
 {
-    if (value >= -1e9 && value <= 1e9 && value == (double)(json_int_t)value)
+    if (fabs(value) <= 0x1p53 && value == (double)(json_int_t)value)
         return json_integer((json_int_t)value);
     return json_real(value);
 }
@@ -434,6 +435,96 @@ bool grid_spec_parse(const char *text, json_t *grids, struct failure *failure)
     json_decref(name);
     json_decref(grid);
     return is_ok;
+}
+
+static const struct spec_key PROCEDURE_KEYS[] = {
+    {"min", "min", 3, SPEC_ANY},
+    {"max", "max", 3, SPEC_ANY},
+    {"size", "size", 3, SPEC_ANY},
+    {"density", "density", 1, SPEC_ANY},
+    {"color", "color", 3, SPEC_ANY},
+    {"extinction", "extinction", 3, SPEC_ANY},
+    {"anisotropy", "anisotropy", 1, SPEC_ANY},
+    {"seed", "seed", 1, SPEC_ANY},
+    {"detail", "detail", 1, SPEC_ANY},
+    {0},
+};
+
+static const struct procedure_default {
+    const char *name;
+    double density; /* [1/m] */
+    double min[3], max[3];
+} PROCEDURES[] = {
+    {"smoke", 20, {-1, 0, -1}, {1, 4, 1}},
+    {"fog", 1, {-4, 0, -4}, {4, 1, 4}},
+    {"cloud", 5, {-2, 0, -2}, {2, 2, 2}},
+};
+
+static bool put_default(json_t *grid, const char *key, const double values[3])
+{
+    return json_object_get(grid, key) ||
+           json_object_set_new(grid, key,
+                               json_pack("[o,o,o]", number_json(values[0]), number_json(values[1]),
+                                         number_json(values[2]))) == 0;
+}
+
+/* Cubes, of which a box with three sides holds about 2^19; a flat box is left to the server. */
+static bool put_size(json_t *grid)
+{
+    enum { VOXELS = 1 << 19, SIDE_MOST = 8192 };
+    double sides[3], size[3], volume = 1;
+    for (size_t k = 0; k < 3; k++) {
+        sides[k] = json_number_value(json_array_get(json_object_get(grid, "max"), k)) -
+                   json_number_value(json_array_get(json_object_get(grid, "min"), k));
+        volume *= sides[k];
+    }
+    double voxel = cbrt(volume / VOXELS);
+    for (int k = 0; k < 3; k++)
+        size[k] = voxel > 0 ? fmin(fmax(round(sides[k] / voxel), 1), SIDE_MOST) : 1;
+    return put_default(grid, "size", size);
+}
+
+/* "seed" and "detail" are members of the procedure itself. */
+static bool put_procedure(json_t *grid, const char *name)
+{
+    static const char *const moved[] = {"seed", "detail"};
+    json_t *procedure = json_pack("{s:s}", "type", name);
+    bool is_ok = procedure != NULL;
+    for (int i = 0; is_ok && i < 2; i++) {
+        json_t *value = json_object_get(grid, moved[i]);
+        is_ok = !value || (json_object_set(procedure, moved[i], value) == 0 &&
+                           json_object_del(grid, moved[i]) == 0);
+    }
+    is_ok = is_ok && json_object_set(grid, "procedure", procedure) == 0;
+    json_decref(procedure);
+    return is_ok;
+}
+
+json_t *procedure_spec_parse(const char *text, struct failure *failure)
+{
+    const struct procedure_default *found = NULL;
+    size_t n = strcspn(text, ":");
+    for (size_t i = 0; i < sizeof PROCEDURES / sizeof *PROCEDURES; i++)
+        if (strlen(PROCEDURES[i].name) == n && !strncmp(text, PROCEDURES[i].name, n))
+            found = &PROCEDURES[i];
+    if (!found) {
+        fail_spec(failure, "--procedure", text,
+                  "smoke, fog or cloud, and such as :density=5;seed=3");
+        return NULL;
+    }
+    json_t *grid = json_pack("{s:s}", "name", found->name);
+    char *copy = strdup(text[n] ? text + n + 1 : "");
+    bool is_ok = ((grid && copy) || fail_no_memory(failure)) &&
+                 apply_pairs(grid, PROCEDURE_KEYS, SPEC_ANY, copy, ";", "--procedure", failure);
+    if (is_ok && !json_object_get(grid, "density"))
+        is_ok = json_object_set_new(grid, "density", number_json(found->density)) == 0 ||
+                fail_no_memory(failure);
+    is_ok =
+        is_ok && ((put_default(grid, "min", found->min) && put_default(grid, "max", found->max) &&
+                   put_size(grid) && put_procedure(grid, found->name)) ||
+                  fail_no_memory(failure));
+    free(copy);
+    return keep_if(is_ok, grid);
 }
 
 static const struct spec_key PART_KEYS[] = {

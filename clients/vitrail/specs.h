@@ -39,6 +39,11 @@ bool part_spec_parse(const char *text, json_t *parts, struct failure *failure);
  * look of a density grid. */
 bool grid_spec_parse(const char *text, json_t *grids, struct failure *failure);
 
+/* "smoke|fog|cloud[:KEY=VALUE;...]" with min, max (metres), size (voxels), density (1/m), color,
+ * extinction, anisotropy, seed, detail: a density grid as the extension VITRAIL_density_grids has
+ * it. What is not said is that of the procedure, voxels are cubes. */
+json_t *procedure_spec_parse(const char *text, struct failure *failure);
+
 /* Exactly `count` numbers with commas between; `what` names the option for the message. */
 json_t *numbers_parse(const char *text, int count, const char *what, struct failure *failure);
 

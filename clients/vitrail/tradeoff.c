@@ -13,10 +13,11 @@
 #include "clients/vitrail/scene_defaults.h"
 #include "clients/vitrail/scene_source.h"
 #include "protocol/quality_defaults.h"
+#include "protocol/tradeoff.h"
 
 enum { POLL_MS = 250, LAST_POLLS = 40 /* after a cancel: the server ends at once */ };
 
-struct tradeoff_options {
+struct measuring_options {
     struct common_options common;
     struct request_options request;
     struct file_options file;
@@ -27,7 +28,7 @@ struct tradeoff_options {
 
 /* One run of the command. Zeroed = nothing done. */
 struct measuring {
-    struct tradeoff_options *options;
+    struct measuring_options *options;
     const char *source; /* file or id, as given */
     const char *accept; /* media type of the output */
     json_t *request;
@@ -81,7 +82,7 @@ static bool put_whole(json_t *object, const char *name, const struct option_numb
 
 static bool put_options(struct measuring *measuring, struct failure *failure)
 {
-    const struct tradeoff_options *options = measuring->options;
+    const struct measuring_options *options = measuring->options;
     json_t *object = json_object();
 
     if (json_object_set_new(measuring->request, "tradeoff", object) != 0)
@@ -243,29 +244,22 @@ static double median_ms(const json_t *setting, const char *name)
     return json_number_value(json_object_get(json_object_get(setting, name), "median"));
 }
 
-static void print_setting(const json_t *setting)
+static void print_setting(const json_t *row)
 {
-    char name[80], lists[32] = "";
-    const json_t *resolution = json_object_get(setting, "shadow_resolution");
-    const json_t *rays = json_object_get(setting, "shadow_prefilter");
-    const json_t *error = json_object_get(setting, "shadow_compression");
-    const char *shadows = json_string_value(json_object_get(setting, "shadows"));
+    char name[128], extras[TRADEOFF_EXTRAS_BYTES], media[TRADEOFF_MEDIA_BYTES];
+    const struct quality_setting setting = tradeoff_setting_from_json(row);
+    const char *shadows = json_string_value(json_object_get(row, "shadows"));
 
-    if (json_is_integer(rays))
-        snprintf(lists, sizeof lists, ", k %d", (int)json_integer_value(rays));
-    if (json_is_number(error))
-        snprintf(lists + strlen(lists), sizeof lists - strlen(lists), ", e %.3g",
-                 json_number_value(error));
-    if (json_is_integer(resolution))
-        snprintf(name, sizeof name, "%.16s %d, %d taps%s", shadows ? shadows : "?",
-                 (int)json_integer_value(resolution),
-                 (int)json_integer_value(json_object_get(setting, "shadow_taps")), lists);
+    tradeoff_extras_label(&setting, extras);
+    tradeoff_media_label(&setting, media);
+    if (setting.shadow_resolution)
+        snprintf(name, sizeof name, "%.16s %d, %d taps%s%s", shadows ? shadows : "?",
+                 setting.shadow_resolution, setting.shadow_taps, extras, media);
     else
-        snprintf(name, sizeof name, "%.16s", shadows ? shadows : "?");
-    printf("%-28s x%-4d %10.1f %10.1f %12.6f\n", name,
-           (int)json_integer_value(json_object_get(setting, "samples")),
-           median_ms(setting, "warm_ms"), median_ms(setting, "cold_ms"),
-           json_number_value(json_object_get(json_object_get(setting, "error"), "rmse")));
+        snprintf(name, sizeof name, "%.16s%s%s", shadows ? shadows : "?", extras, media);
+    printf("%-28s x%-4d %10.1f %10.1f %12.6f\n", name, setting.samples, median_ms(row, "warm_ms"),
+           median_ms(row, "cold_ms"),
+           json_number_value(json_object_get(json_object_get(row, "error"), "rmse")));
 }
 
 /* The settings on the front, which are the ones to choose from. */
@@ -290,7 +284,7 @@ static void print_front(const struct measuring *measuring)
 
 static void print_result(struct measuring *measuring)
 {
-    const struct tradeoff_options *options = measuring->options;
+    const struct measuring_options *options = measuring->options;
 
     progress_hide(&measuring->session.progress);
     if (!measuring->document || (options->output && !strcmp(options->output, "-")))
@@ -342,7 +336,7 @@ static bool tradeoff_run(void *context, const struct text_list *operands, struct
     return is_ok;
 }
 
-#define AT(member) offsetof(struct tradeoff_options, member)
+#define AT(member) offsetof(struct measuring_options, member)
 
 static const struct option OPTIONS[] = {
     {OPTION_TEXT, "output-file", 'o', "FILE",
@@ -356,7 +350,7 @@ static const struct option OPTIONS[] = {
      AT(reference_samples)},
     {OPTION_FLAG, "no-images", 0, NULL, "keep no picture of each setting for the page",
      AT(no_images)},
-    SCENE_FILE_OPTIONS(struct tradeoff_options),
+    SCENE_FILE_OPTIONS(struct measuring_options),
     {OPTION_TEXT, "size", 0, "WxH", "in pixels; default 1280x720", AT(request.size)},
     {OPTION_TEXT, "camera", 0, "SPEC", "as of vitrail render", AT(request.camera)},
     {OPTION_LIST, "light", 0, "SPEC", "one more light, as of vitrail render", AT(request.lights)},
@@ -365,8 +359,8 @@ static const struct option OPTIONS[] = {
     {OPTION_LIST, "clip", 0, "SPEC", "one more clip plane, as of vitrail render",
      AT(request.clips)},
     {OPTION_LIST, "part", 0, "SPEC", "one more part, as of vitrail render", AT(request.parts)},
-    REQUEST_ENVIRONMENT_OPTIONS(struct tradeoff_options),
-    REQUEST_HAZE_OPTIONS(struct tradeoff_options),
+    REQUEST_ENVIRONMENT_OPTIONS(struct measuring_options),
+    REQUEST_HAZE_OPTIONS(struct measuring_options),
     {OPTION_TEXT, "background", 0, "R,G,B,A", "linear; default transparent",
      AT(request.background)},
     {OPTION_NUMBER, "time", 0, "S", "animate, as of vitrail render", AT(request.time_s)},
@@ -385,7 +379,8 @@ static const struct option OPTIONS[] = {
     {OPTION_NUMBER, "area-samples", 0, "N",
      "per area light and point; default " QUALITY_DEFAULT_TEXT(AREA_SAMPLES_DEFAULT),
      AT(request.area_samples)},
-    {OPTION_TEXT, "blend-filter", 0, "NAME", "tint, coverage, kim", AT(request.blend_filter)},
+    {OPTION_TEXT, "blend-filter", 0, "NAME", "tint, coverage, kim, modisett",
+     AT(request.blend_filter)},
     {OPTION_TEXT, "refraction", 0, "NAME", "auto, off", AT(request.refraction)},
     {OPTION_TEXT, "request", 0, "FILE", "a whole request as JSON; the options go over it",
      AT(request.base_path)},
@@ -407,6 +402,6 @@ const struct command COMMAND_TRADEOFF = {
     .is_remote = true,
     .operands_min = 1,
     .operands_max = 1,
-    .options_bytes = sizeof(struct tradeoff_options),
+    .options_bytes = sizeof(struct measuring_options),
     .run = tradeoff_run,
 };

@@ -166,7 +166,7 @@ static const struct option OPTIONS[] = {
      AT(output_file)},
     {OPTION_TEXT, "aov", 0, "NAME",
      "image: color, depth, normal, albedo, node, material, position,\n"
-     "transmittance, lights, layers",
+     "transmittance, lights, layers, optical_depth",
      AT(aov)},
     {OPTION_FLAG, "through", 0, NULL, "pick: every layer, nearest first", AT(through)},
     SCENE_FILE_OPTIONS(struct view_options),

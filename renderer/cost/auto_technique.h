@@ -3,7 +3,7 @@
  * this device, ray tracing, of the whole frame or of the shadows alone. The choice depends on the
  * scene, the view, the device's measured speed and what was published of what frames took: never on
  * what happens to be cached or busy, so the same request has the same pixels until something else
- * is published. Thread: any. */
+ * is published; frames of a view in motion apart (choice_cache.h). Thread: any. */
 #ifndef VITRAIL_RENDERER_COST_AUTO_TECHNIQUE_H
 #define VITRAIL_RENDERER_COST_AUTO_TECHNIQUE_H
 

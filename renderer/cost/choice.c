@@ -5,7 +5,9 @@
 #include <assert.h>
 #include <math.h>
 
+#include "protocol/quality_defaults.h"
 #include "renderer/cost/technique_forecast.h"
+#include "renderer/scene/atmosphere_grid.h"
 #include "renderer/shadows/technique.h"
 
 bool choice_row_fits(const struct choice_row *row, const struct quality_target *target)
@@ -16,6 +18,11 @@ bool choice_row_fits(const struct choice_row *row, const struct quality_target *
     if (target->samples && target->samples != setting->samples)
         return false;
     if (!shadow_technique_can(setting->shadows, target->needs))
+        return false;
+    if (target->atmosphere_samples && target->atmosphere_samples != setting->atmosphere_samples)
+        return false;
+    if (target->transparency != TRANSPARENCY_AUTO && setting->transparency != TRANSPARENCY_AUTO &&
+        target->transparency != setting->transparency)
         return false;
     if (setting->shadow_resolution == 0)
         return true;
@@ -125,9 +132,13 @@ enum { TRACED_SETTINGS = 5 };
 static const int TRACED_SAMPLES[TRACED_SETTINGS] = {1, 4, 16, 64, 256};
 static const double TRACED_ERROR[TRACED_SETTINGS] = {0.036, 0.0155, 0.0075, 0.004, 0.0022};
 
-/* At most that of the haze's grid in eight generated scenes, by 0.02 and 0.1 per metre and 16 to
- * 256 slices. It lies around lamps, and hardly depends on slices, samples or the picture's size. */
-static const double HAZE_ERROR = 0.036;
+/* At most the whole error of eight generated scenes in haze of 0.1 per metre, of 120 x 90 pixels.
+ * It lies around lamps, whose glow rays find by themselves, and hardly depends on the samples. */
+enum { HAZE_SETTINGS = 3 };
+static const int HAZE_SLICES[HAZE_SETTINGS] = {ATMOSPHERE_SLICES_FEWER, ATMOSPHERE_SLICES_DEFAULT,
+                                               ATMOSPHERE_SLICES_MORE};
+static const double HAZE_RASTER_ERROR[HAZE_SETTINGS] = {0.057, 0.039, 0.03};
+static const double HAZE_TRACED_ERROR[HAZE_SETTINGS] = {0.031, 0.0245, 0.023};
 
 /* Costs were fitted to frames of 1 and 4 samples. With more, four of five scenes take at most this
  * many times what the sum says for a scene as in the mean: glass and edges are not counted. */
@@ -142,6 +153,13 @@ static double find_error(const int *samples, const double *errors, int count, in
     return errors[i];
 }
 
+static double haze_error(const struct quality_setting *setting)
+{
+    bool is_traced = shadow_technique_is_renderer(setting->shadows);
+    return find_error(HAZE_SLICES, is_traced ? HAZE_TRACED_ERROR : HAZE_RASTER_ERROR, HAZE_SETTINGS,
+                      quality_or(setting->atmosphere_samples, ATMOSPHERE_SLICES_DEFAULT));
+}
+
 static double traced_error(int samples)
 {
     return find_error(TRACED_SAMPLES, TRACED_ERROR, TRACED_SETTINGS, samples);
@@ -152,17 +170,35 @@ static double raster_error(int samples)
     return find_error(RASTER_SAMPLES, RASTER_ERROR, RASTER_SETTINGS, samples);
 }
 
+static double count_pixels(const struct choice_frame *frame)
+{
+    return (double)frame->width_px * frame->height_px;
+}
+
+/* Slices of all columns of the grid over the picture in which haze and smoke find their light. */
+static double count_slices(const struct choice_frame *frame, int atmosphere_samples)
+{
+    const struct view view = {.width_px = frame->width_px,
+                              .height_px = frame->height_px,
+                              .quality.atmosphere_samples = atmosphere_samples};
+    const struct camera_window whole = camera_window_whole(view.width_px, view.height_px);
+    const struct atmosphere_grid grid = atmosphere_grid_of(&view, &whole);
+    return (double)atmosphere_columns(&grid) * grid.slices;
+}
+
 /* What the counts do not tell, as in the mean of the shared scenes. */
-static struct workload guess_work(const struct choice_frame *frame)
+static struct workload guess_work(const struct choice_frame *frame,
+                                  const struct quality_setting *setting)
 {
     double lights = (double)frame->lights, triangles = (double)frame->triangles;
+    double pixels = count_pixels(frame), slices = count_slices(frame, setting->atmosphere_samples);
     const double smoke = frame->has_grids; /* three of four generated scenes have less of it */
-    const double nodes = 0.38 * frame->pixels * smoke;
+    const double nodes = 0.38 * pixels * smoke * slices / count_slices(frame, 0);
     /* Half of the generated scenes with glass have more layers before one another. */
-    double sides = frame->haze_slices > 0 || frame->has_grids ? 0 : frame->peeled_sides;
+    double sides = frame->has_haze || frame->has_grids ? 0 : frame->peeled_sides;
     double peels = sides > 0 ? 4 / sides : 0;
     return (struct workload){
-        .pixels = frame->pixels,
+        .pixels = pixels,
         .covered = 0.3,
         .layers = 0.1,
         .peeled_sides = sides,
@@ -183,8 +219,8 @@ static struct workload guess_work(const struct choice_frame *frame)
         .deep_triangles = 0.2 * lights * triangles,
         .deep_share = 0.3,
         .deep_layers = 6, /* half of the generated scenes with panes have more */
-        .haze_slices = 0.7 * frame->haze_slices, /* the others are behind what is seen */
-        .haze_lit = 0.5 * lights,                /* many are spots */
+        .haze_slices = frame->has_haze ? 0.7 * slices : 0, /* the others are behind what is seen */
+        .haze_lit = 0.5 * lights,                          /* many are spots */
         .grid_cells = 10 * smoke,
         .grid_lights = 0.24 * lights * smoke,
         .grid_lit_cells = 2 * lights * smoke,
@@ -192,7 +228,7 @@ static struct workload guess_work(const struct choice_frame *frame)
         .grid_node_lights = 0.75 * lights * nodes,
         .grid_node_cells = 13 * lights * nodes,
         .grid_shadow_cells = 18 * fmin(0.8 * lights, 3) * smoke,
-        .grid_samples = frame->atmosphere_samples,
+        .grid_samples = setting->atmosphere_samples,
     };
 }
 
@@ -218,7 +254,7 @@ static double raster_bytes(const struct choice_frame *frame, const struct worklo
     double maps = forecast_maps_bytes(workload, setting);
     double most = frame->shadow_bytes > 0 ? frame->shadow_bytes : maps;
     double pixel_bytes = setting->samples > 4 ? 248 : setting->samples > 1 ? 200 : 52;
-    return fmin(maps, most) + frame->pixels * pixel_bytes;
+    return fmin(maps, most) + count_pixels(frame) * pixel_bytes;
 }
 
 static struct choice_row estimate(const struct choice_frame *frame,
@@ -226,7 +262,7 @@ static struct choice_row estimate(const struct choice_frame *frame,
 {
     bool is_renderer = shadow_technique_is_renderer(setting->shadows);
     bool has_shadows = setting->shadows != SHADOWS_NONE;
-    struct workload workload = guess_work(frame);
+    struct workload workload = guess_work(frame, setting);
     struct forecast_setting cost = {
         .samples = setting->samples,
         .shadow_resolution = setting->shadow_resolution,
@@ -236,8 +272,8 @@ static struct choice_row estimate(const struct choice_frame *frame,
     cost.is_warm = frame->is_warm && can_stay(frame, &workload, &cost);
     double camera = is_renderer ? traced_error(setting->samples) : raster_error(setting->samples);
     double shadow = frame->lights ? technique_forecast_error(setting->shadows, &cost) : 0;
-    double haze = frame->haze_slices > 0 ? HAZE_ERROR : 0;
-    double side = sqrt(fmax(frame->pixels, 1));
+    double haze = frame->has_haze ? haze_error(setting) : 0;
+    double side = sqrt(fmax(count_pixels(frame), 1));
     double ms = technique_forecast_ms(setting->shadows,
                                       &(struct forecast_frame){&workload, &cost, speed_of(frame)});
     return (struct choice_row){
@@ -257,7 +293,10 @@ static int values_of(int said, const int *swept, int count, int out[])
     return said ? 1 : count;
 }
 
-enum { TECHNIQUE_ROWS_MAX = 40 };
+enum { MEDIA_SETTINGS = 3, TECHNIQUE_ROWS_MAX = 40 * MEDIA_SETTINGS };
+/* The default, fewer and more, as a trade-off measures them in haze. */
+static const int MEDIA_SAMPLES[MEDIA_SETTINGS] = {0, ATMOSPHERE_SLICES_FEWER,
+                                                  ATMOSPHERE_SLICES_MORE};
 
 /* Maps that have several layers have no room for many texels in each: of a point light, whose
  * casters are divided into twenty, those of the default fit a device that reads 2^27. */
@@ -276,7 +315,9 @@ static size_t estimate_technique(const struct choice_frame *frame,
     static const int none[] = {0};
     bool is_renderer = shadow_technique_is_renderer(shadows);
     bool has_maps = shadow_technique_has(shadows, SHADOW_HAS_MAP);
-    int resolutions[5], taps[4], samples[TRACED_SETTINGS];
+    int resolutions[5], taps[4], samples[TRACED_SETTINGS], media[MEDIA_SETTINGS];
+    int media_count = values_of(target->atmosphere_samples, MEDIA_SAMPLES,
+                                frame->has_haze ? MEDIA_SETTINGS : 1, media);
     int samples_count = is_renderer
                             ? values_of(target->samples, TRACED_SAMPLES, TRACED_SETTINGS, samples)
                             : values_of(target->samples, RASTER_SAMPLES, RASTER_OPEN, samples);
@@ -286,14 +327,16 @@ static size_t estimate_technique(const struct choice_frame *frame,
     int taps_count =
         has_maps ? values_of(target->shadow_taps, all_taps, 4, taps) : values_of(0, none, 1, taps);
     size_t count = 0;
-    for (int s = 0; s < samples_count; s++)
-        for (int r = 0; r < resolution_count; r++)
-            for (int t = 0; t < taps_count; t++)
-                rows[count++] =
-                    estimate(frame, &(struct quality_setting){.shadows = shadows,
-                                                              .shadow_resolution = resolutions[r],
-                                                              .shadow_taps = taps[t],
-                                                              .samples = samples[s]});
+    for (int m = 0; m < media_count; m++)
+        for (int s = 0; s < samples_count; s++)
+            for (int r = 0; r < resolution_count; r++)
+                for (int t = 0; t < taps_count; t++)
+                    rows[count++] = estimate(
+                        frame, &(struct quality_setting){.shadows = shadows,
+                                                         .shadow_resolution = resolutions[r],
+                                                         .shadow_taps = taps[t],
+                                                         .samples = samples[s],
+                                                         .atmosphere_samples = media[m]});
     return count;
 }
 
@@ -333,7 +376,9 @@ size_t choice_add_traced(struct choice_row *rows, size_t count, size_t capacity)
         if (samples <= best.setting.samples)
             continue;
         rows[count++] = (struct choice_row){
-            .setting = {.shadows = best.setting.shadows, .samples = samples},
+            .setting = {.shadows = best.setting.shadows,
+                        .samples = samples,
+                        .atmosphere_samples = best.setting.atmosphere_samples},
             .ms = best.ms * samples / best.setting.samples,
             .error = best.error * traced_error(samples) / traced_error(best.setting.samples),
         };

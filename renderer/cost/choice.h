@@ -30,7 +30,9 @@ struct quality_target {
     int shadow_resolution, shadow_taps, samples; /* 0 = open */
     double shadow_compression;                   /* likewise, and of rows with deep lists */
     int shadow_prefilter;
-    unsigned needs; /* enum shadow_can: what else is asked of the technique */
+    int atmosphere_samples;         /* likewise, where there is haze or smoke */
+    enum transparency transparency; /* AUTO = open */
+    unsigned needs;                 /* enum shadow_can: what else is asked of the technique */
 };
 
 struct choice {
@@ -56,12 +58,11 @@ bool choice_row_fits(const struct choice_row *row, const struct quality_target *
 
 /* What the models know of a frame; taken from counts, nothing is rendered. */
 struct choice_frame {
-    double pixels;
-    uint64_t lights;           /* that may cast a shadow */
-    uint64_t triangles;        /* of the scene */
-    double haze_slices;        /* of columns of its grid; 0: there is no haze */
+    int width_px, height_px;
+    uint64_t lights;    /* that may cast a shadow */
+    uint64_t triangles; /* of the scene */
+    bool has_haze;
     bool has_grids;            /* of density */
-    int atmosphere_samples;    /* 0: the default */
     int peeled_sides;          /* of the transparency that is asked for, as struct workload */
     bool is_warm;              /* what is kept between frames is there, */
     double shadow_bytes;       /* but for shadow maps beyond this budget, which are made anew for
@@ -77,8 +78,9 @@ struct choice_frame {
  * edges are wrong, and their share of the pixels is one over the side. Camera edges by samples;
  * shadow edges by the width of a texel, sqrt(taps) / shadow_resolution. Fills rows for the
  * technique that was said, else for the candidates of `auto`; with what was said of resolution,
- * taps and samples, else with those of the sweep. Returns their number, which is not 0. */
-enum { CHOICE_ESTIMATES_MAX = 128 }; /* 40 of each technique of maps */
+ * taps, samples and, in haze, atmosphere samples, else with those of the sweep. Returns their
+ * number, which is not 0. */
+enum { CHOICE_ESTIMATES_MAX = 384 }; /* 40 of each technique of maps, and in haze 120 */
 size_t choice_estimate(const struct choice_frame *frame, const struct quality_target *target,
                        struct choice_row rows[CHOICE_ESTIMATES_MAX]);
 

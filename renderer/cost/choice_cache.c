@@ -44,6 +44,25 @@ const struct auto_choice *choice_cache_get(struct choice_cache *cache, struct co
     return &entry->choice;
 }
 
+const struct auto_choice *choice_cache_get_moving(struct choice_cache *cache,
+                                                  struct content_key key,
+                                                  struct content_key moving_key,
+                                                  const struct auto_desc *desc, struct error *err)
+{
+    bool is_kept = cache->moving_left && content_key_equals(cache->moving_key, moving_key);
+    if (is_kept && !find(cache, key)) {
+        cache->moving_left--;
+        return &cache->moving;
+    }
+    const struct auto_choice *made = choice_cache_get(cache, key, desc, err);
+    if (!made)
+        return NULL;
+    cache->moving = *made;
+    cache->moving_key = moving_key;
+    cache->moving_left = CHOICE_MOVING_FRAMES - 1;
+    return made;
+}
+
 struct light_reach choice_cache_take_reach(struct choice_cache *cache, struct content_key key)
 {
     struct choice_cache_entry *entry = find(cache, key);
@@ -59,4 +78,5 @@ void choice_cache_clear(struct choice_cache *cache)
 {
     for (int i = 0; i < CHOICE_CACHE_ENTRIES; i++)
         drop(&cache->entries[i]);
+    cache->moving_left = 0;
 }

@@ -13,6 +13,8 @@ enum {
     ROWS = SCENE_ROWS,
     CELLS = COLUMNS * ROWS,
     TRIANGLES_MAX = 4096, /* sampled: half a millisecond */
+    COARSE_TRIANGLES_MIN = 256,
+    COARSE_PIXELS = 16, /* of a frame of a view in motion, for each triangle */
     ITEM_TRIANGLES_MIN = 4,
     FINE = 4, /* rays through a cell, per side, where layers are peeled */
     POINTS = CELLS * FINE * FINE,
@@ -184,6 +186,14 @@ static uint32_t triangles_of(const struct scene_state *state, const struct state
     return p->topology == SCENE_TRIANGLES ? p->index_count / 3 : 0;
 }
 
+/* Of a picture that takes a few milliseconds no more is looked at than it is worth. */
+static double triangles_wanted(const struct view *view)
+{
+    double pixels = (double)view->width_px * view->height_px;
+    double coarse = fmax(pixels / COARSE_PIXELS, COARSE_TRIANGLES_MIN);
+    return 0.5 * (view->quality.may_be_coarse ? fmin(coarse, TRIANGLES_MAX) : TRIANGLES_MAX);
+}
+
 static void sample(struct canvas *canvas, struct scene_sampling *sampling)
 {
     const struct scene_state *state = canvas->desc->state;
@@ -197,7 +207,8 @@ static void sample(struct canvas *canvas, struct scene_sampling *sampling)
         if (state->items[i].class_ == STATE_TRANSPARENT)
             sampling->peeled_triangles += triangles;
     }
-    double share = fmin(1, TRIANGLES_MAX / (2 * fmax(sampling->triangles_in_view, 1)));
+    double wanted_in_all = triangles_wanted(canvas->desc->view);
+    double share = fmin(1, wanted_in_all / fmax(sampling->triangles_in_view, 1));
     for (size_t i = 0; i < state->whole_count; i++) {
         const struct state_item *item = &state->items[i];
         uint32_t triangles = triangles_of(state, item);

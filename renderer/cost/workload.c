@@ -247,22 +247,22 @@ static bool load_map(const struct workload_desc *desc, size_t index, struct map_
     if (!light->casts_shadow ||
         !shadow_frame_init(&frame, light, desc->state, SHADOW_RESOLUTION_DEFAULT))
         return true;
-    for (int pass = 0; pass < 2; pass++) /* counted first, to know how many to sample of each */
-        for (size_t i = 0; i < desc->state->whole_count; i++) {
-            const struct state_item *item = &desc->state->items[i];
-            uint32_t faces = item->casts_shadow ? shadow_frame_faces(&frame, item) : 0;
-            double drawn = triangles_of(desc->state, item);
-            if (!faces)
-                continue;
-            if (pass == 0 && item->class_ == STATE_TRANSPARENT)
-                transparent += drawn;
-            if (pass == 0)
-                continue;
-            if (item->class_ == STATE_TRANSPARENT)
-                add_events(desc, &frame, item, TRIANGLES_SAMPLED * drawn / transparent, load);
-            *(item->class_ == STATE_TRANSPARENT ? &load->transparent : &load->opaque) +=
-                drawn * __builtin_popcount(faces);
-        }
+    for (size_t i = 0; i < desc->state->whole_count; i++) {
+        const struct state_item *item = &desc->state->items[i];
+        uint32_t faces = item->casts_shadow ? shadow_frame_faces(&frame, item) : 0;
+        double drawn = triangles_of(desc->state, item);
+        if (faces && item->class_ == STATE_TRANSPARENT)
+            transparent += drawn;
+        *(item->class_ == STATE_TRANSPARENT ? &load->transparent : &load->opaque) +=
+            drawn * __builtin_popcount(faces);
+    }
+    for (size_t i = 0; i < desc->state->whole_count && transparent > 0; i++) {
+        const struct state_item *item = &desc->state->items[i];
+        if (item->class_ == STATE_TRANSPARENT && item->casts_shadow &&
+            shadow_frame_faces(&frame, item))
+            add_events(desc, &frame, item,
+                       TRIANGLES_SAMPLED * triangles_of(desc->state, item) / transparent, load);
+    }
     load->faces = frame.face_count;
     return !(load->transparent > 0) || count_layers(desc, &frame, (uint32_t)index, load, err);
 }

@@ -88,6 +88,7 @@ void environment_destroy(struct environment *environment)
         free(environment->rows);
         free(environment->columns);
     }
+    free(environment->guides);
     free(environment);
 }
 

@@ -147,11 +147,12 @@ struct environment *environment_blob_open(void *bytes, size_t size_bytes, struct
     }
     environment->is_borrowed = true;
     take_arrays(environment, &header, bytes);
-    if (is_sound(environment)) {
+    if (!is_sound(environment)) {
+        error_set(err, ERROR_INVALID_ENVIRONMENT, "a blob with numbers that no map has");
+    } else if (environment_make_guides(environment, err)) {
         environment_find_mean(environment);
         return environment;
     }
-    error_set(err, ERROR_INVALID_ENVIRONMENT, "a blob with numbers that no map has");
     environment_destroy(environment);
     return NULL;
 }

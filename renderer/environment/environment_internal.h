@@ -17,7 +17,12 @@ struct environment {
      * f64, because a sky beside the sun has chances below the steps of f32 at 1. */
     double *rows;    /* height + 1 */
     double *columns; /* height times (width + 1) */
-    double mean[3];  /* over all directions [nt]; environment_find_mean */
+    /* Where to look for a number in these sums: for each of `cells` equal parts of [0, 1) the step
+     * that its begin lies in, and the last step; of the rows, then of each row's columns. Always
+     * its own. */
+    uint16_t *guides;
+    int row_cells, column_cells; /* powers of two */
+    double mean[3];              /* over all directions [nt]; environment_find_mean */
 };
 
 MUST_CHECK bool environment_texels_init(struct environment_texels *texels, int width, int height,
@@ -32,6 +37,7 @@ void environment_texels_look(const struct environment_texels *texels, double u, 
                              double out[3]);
 
 MUST_CHECK bool environment_make_tables(struct environment *environment, struct error *err);
+MUST_CHECK bool environment_make_guides(struct environment *environment, struct error *err);
 void environment_find_mean(struct environment *environment); /* with the diffuse map */
 /* The diffuse map and the specular ones. */
 MUST_CHECK bool environment_prefilter(struct environment *environment, struct error *err);

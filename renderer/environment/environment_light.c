@@ -115,13 +115,55 @@ bool environment_make_tables(struct environment *environment, struct error *err)
         end_sums(environment->rows, sums, map->height);
     free(weights);
     free(sums);
-    return ok;
+    return ok && environment_make_guides(environment, err);
 }
 
-/* The last step that begins at or before u, and has a chance; *within: where u lies in it. */
-static int find_step(const double *sums, int count, double u, double *within)
+/* About four steps for each, which are told apart by two comparisons. */
+static int cells_for(int count)
 {
-    int low = 0, high = count;
+    int cells = 1;
+    while (4 * cells < count)
+        cells *= 2;
+    return cells;
+}
+
+static uint16_t *guide_steps(const double *sums, int count, int cells, uint16_t *guides)
+{
+    int step = 0;
+    for (int cell = 0; cell < cells; cell++) {
+        while (step + 1 < count && sums[step + 1] <= (double)cell / cells)
+            step++;
+        *guides++ = (uint16_t)step;
+    }
+    *guides++ = (uint16_t)(count - 1);
+    return guides;
+}
+
+bool environment_make_guides(struct environment *environment, struct error *err)
+{
+    const struct environment_texels *map = &environment->radiance;
+    const size_t height = (size_t)map->height, width = (size_t)map->width;
+    environment->row_cells = cells_for(map->height);
+    environment->column_cells = cells_for(map->width);
+    size_t count = (size_t)environment->row_cells + 1;
+    count += height * ((size_t)environment->column_cells + 1);
+    uint16_t *at = environment->guides = malloc(count * sizeof *at);
+    if (!at)
+        return error_set(err, ERROR_NO_MEMORY, "guides of an environment");
+    at = guide_steps(environment->rows, map->height, environment->row_cells, at);
+    for (size_t y = 0; y < height; y++)
+        at = guide_steps(environment->columns + y * (width + 1), map->width,
+                         environment->column_cells, at);
+    return true;
+}
+
+/* The last step that begins at or before u, and has a chance; *within: where u lies in it. guides:
+ * of the sums' cells. */
+static int find_step(const double *sums, const uint16_t *guides, int cells, double u,
+                     double *within)
+{
+    const int cell = u < 1 ? (int)(u * cells) : cells - 1; /* exact, as the begins of cells */
+    int low = guides[cell], high = guides[cell + 1] + 1;
     while (high - low > 1) {
         int middle = (low + high) / 2;
         if (sums[middle] <= u)
@@ -149,9 +191,12 @@ double environment_light_sample(const struct environment_light *light, const dou
     const struct environment *environment = light->environment;
     const struct environment_texels *map = &environment->radiance;
     double down, right, turned[3];
-    int y = find_step(environment->rows, map->height, u[1], &down);
-    int x = find_step(environment->columns + (size_t)y * ((size_t)map->width + 1), map->width, u[0],
-                      &right);
+    const int row_cells = environment->row_cells, column_cells = environment->column_cells;
+    int y = find_step(environment->rows, environment->guides, row_cells, u[1], &down);
+    const uint16_t *guides =
+        environment->guides + (row_cells + 1) + (size_t)y * (size_t)(column_cells + 1);
+    int x = find_step(environment->columns + (size_t)y * ((size_t)map->width + 1), guides,
+                      column_cells, u[0], &right);
     double top = cos(pi * y / map->height), bottom = cos(pi * (y + 1) / map->height);
     double cosine = top + (bottom - top) * down, sine = sqrt(fmax(1 - cosine * cosine, 0));
     double phi = 2 * pi * ((x + right) / map->width - 0.5);

@@ -232,6 +232,20 @@ static struct content_key choice_key_of(const struct frame_context *context,
     content_key_add_word(&key, context->use.shadow_bytes);
     content_key_add_word(&key, automatic->learned_print);
     content_key_add_word(&key, (uint64_t)automatic->timed);
+    if (opened->view.quality.may_be_coarse) /* its forecast looks at less */
+        content_key_add_text(&key, "coarse");
+    return key;
+}
+
+/* Of a view in motion: whatever its camera, and what was learned from its last frames. */
+static struct content_key moving_key_of(const struct frame_context *context,
+                                        const struct opened_view *opened)
+{
+    struct view still = opened->view;
+    still.camera = (struct view_camera){.kind = VIEW_CAMERA_DEFAULT};
+    struct content_key key = view_plan_key(opened->state_key, &still);
+    content_key_add_word(&key, context->use.shadow_bytes);
+    content_key_add_word(&key, (uint64_t)context->renderer->automatic.timed);
     return key;
 }
 
@@ -308,8 +322,12 @@ bool renderer_choose(struct renderer *renderer, const char *scene_key, const str
     if (!context || !open_state(context, scene_key, view, &opened, err))
         return false;
     const struct auto_desc desc = auto_desc_of(context, &opened);
+    const struct content_key key = choice_key_of(context, &opened);
     const struct auto_choice *chosen =
-        choice_cache_get(&context->choices, choice_key_of(context, &opened), &desc, err);
+        view->quality.may_be_coarse
+            ? choice_cache_get_moving(&context->choices, key, moving_key_of(context, &opened),
+                                      &desc, err)
+            : choice_cache_get(&context->choices, key, &desc, err);
     if (chosen)
         *choice = *chosen;
     return chosen;

@@ -272,7 +272,6 @@ static bool count_ahead(const struct frame_run *run, struct error *err)
     return !may_count_ahead(run, &whole) || window_run_count(run, &whole, err);
 }
 
-/* Prepares what all steps of a rasterised frame rely on. */
 static bool prepare_grids(const struct frame_run *run, struct error *err)
 {
     struct content_key key = content_key_begin();
@@ -280,18 +279,20 @@ static bool prepare_grids(const struct frame_run *run, struct error *err)
     return smoke_prepare(&run->context->smoke, key, run->state, run->camera, err);
 }
 
+/* Prepares what all steps of a rasterised frame rely on. */
 static bool begin_rasterised(const struct frame_run *run, struct error *err)
 {
     struct frame_context *context = run->context;
     struct renderer *renderer = context->renderer;
     if (!draw_arena_begin(context->arena, run->state, err))
         return false;
-    frame_warn_of_transparency(run);
-    if (!frame_run_needs(run, PLAN_NEED_COLOR))
-        return true;
-    frame_warn_of_approximations(run);
-    if (!prepare_grids(run, err))
+    frame_warn(run);
+    bool has_color = frame_run_needs(run, PLAN_NEED_COLOR);
+    bool are_summed = run->view->outputs & 1u << VIEW_OUTPUT_OPTICAL_DEPTH;
+    if ((has_color || are_summed) && !prepare_grids(run, err))
         return false;
+    if (!has_color)
+        return true;
     return shadow_system_prepare_none(renderer->shadows, run->state->light_count, err);
 }
 
@@ -365,6 +366,8 @@ static bool run_steps(const struct frame_run *run, struct error *err)
 {
     const struct plan *plan = &run->frame_plan->plan;
     run->frame->report.counts.unseen_lights = plan->unseen_lights;
+    run->frame->report.has_layers = plan->requirements[PLAN_NEED_LAYERS].is_met;
+    run->frame->report.layer_needs = plan->layer_needs;
     if (frame_run_needs(run, PLAN_NEED_COLOR))
         run->frame->report.counts.rounds = (uint64_t)plan->rounds;
     if (frame_run_is_rasterised(run) && (!begin_rasterised(run, err) || !count_ahead(run, err)))

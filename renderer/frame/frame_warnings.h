@@ -5,9 +5,7 @@
 
 #include "renderer/frame/frame_run.h"
 
-/* The planner has taken another transparency method than the one that was asked for. */
-void frame_warn_of_transparency(const struct frame_run *run);
-/* Warns of the approximations in a rasterised colour. */
-void frame_warn_of_approximations(const struct frame_run *run);
+/* What follows from the plan (renderer/plan/plan_warnings.h), and from the view's environment. */
+void frame_warn(const struct frame_run *run);
 
 #endif

@@ -62,6 +62,8 @@ static void read_limits(struct gl_limits *limits)
     limits->max_texture_buffer_texels = texels;
     glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &limits->program_formats);
     glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &limits->max_compute_groups);
+    glGetIntegerv(GL_MAX_GEOMETRY_SHADER_STORAGE_BLOCKS, &limits->max_geometry_blocks);
+    glGetIntegerv(GL_MAX_TESS_CONTROL_SHADER_STORAGE_BLOCKS, &limits->max_tessellation_blocks);
     limits->has_post_depth_coverage = epoxy_has_gl_extension("GL_ARB_post_depth_coverage");
     limits->is_software = draws_in_software();
     bool tells_the_least = limits->max_storage_block_bytes == 1 << 27;

@@ -32,6 +32,7 @@ struct gl_limits {
     int64_t max_storage_block_bytes, max_texture_buffer_texels;
     int64_t max_whole_block_bytes; /* at least that: of what cannot be divided into blocks */
     int max_compute_groups;
+    int max_geometry_blocks, max_tessellation_blocks; /* storage blocks of these stages; maybe 0 */
     int program_formats; /* in which the driver gives linked programs; 0: it does not */
     bool has_post_depth_coverage;
     bool compiles_in_parallel; /* on threads of the driver's, which are not those that draw */

@@ -212,6 +212,8 @@ static uint64_t format_texel_bytes(GLenum format)
     case GL_RG32F:
     case GL_RGBA16F:
         return 8;
+    case GL_STENCIL_INDEX8:
+        return 1;
     default:
         return 4;
     }
@@ -350,7 +352,9 @@ bool gl_framebuffer_init(struct gl_framebuffer *framebuffer, const struct gl_fra
         glNamedFramebufferDrawBuffer(name, GL_NONE);
     if (desc->depth)
         attach(name, GL_DEPTH_ATTACHMENT, desc->depth, desc);
-    if (!colors && !desc->depth)
+    if (desc->stencil)
+        attach(name, GL_STENCIL_ATTACHMENT, desc->stencil, desc);
+    if (!colors && !desc->depth && !desc->stencil)
         set_empty_size(name, desc);
     GLenum status = glCheckNamedFramebufferStatus(name, GL_FRAMEBUFFER);
     if (status != GL_FRAMEBUFFER_COMPLETE) {

@@ -109,6 +109,7 @@ struct gl_framebuffer_desc {
     const char *label;                  /* required */
     const struct gl_texture *colors[5]; /* NULL ends the list */
     const struct gl_texture *depth;     /* optional */
+    const struct gl_texture *stencil;   /* optional; GL_STENCIL_INDEX8 */
     int layer;                          /* of array textures the one that is drawn to ... */
     bool is_layered;                    /* ... else all of them: the vertex stage chooses */
     int width, height, samples;         /* of a framebuffer without attachments */

@@ -190,12 +190,18 @@ const char *program_cache_device_defines(const struct program_cache *cache)
 
 static char *make_key(const struct program_desc *desc)
 {
+    const char *const parts[] = {desc->vertex,   desc->tessellation[0], desc->tessellation[1],
+                                 desc->geometry, desc->fragment,        desc->compute,
+                                 desc->defines};
+    size_t length = 0;
     char *key = NULL;
-    if (asprintf(&key, "%s|%s|%s|%s", desc->vertex ? desc->vertex : "",
-                 desc->fragment ? desc->fragment : "", desc->compute ? desc->compute : "",
-                 desc->defines ? desc->defines : "") < 0)
-        return NULL;
-    return key;
+    FILE *out = open_memstream(&key, &length);
+    for (size_t i = 0; out && i < sizeof parts / sizeof *parts; i++)
+        fprintf(out, "%s|", parts[i] ? parts[i] : "");
+    if (out && fclose(out) == 0)
+        return key;
+    free(key);
+    return NULL;
 }
 
 static bool reserve_entry(struct program_cache *cache)
@@ -302,6 +308,7 @@ static struct cached_program *find_program(const struct program_cache *cache,
 {
     assert(desc->label);
     assert(desc->compute ? !desc->vertex && !desc->fragment : desc->vertex != NULL);
+    assert(!desc->tessellation[0] == !desc->tessellation[1]);
     char *key = make_key(desc);
     struct cached_program *entry = key ? find_entry(cache, key) : NULL;
     free(key);

@@ -16,8 +16,11 @@ void program_cache_destroy(struct program_cache *cache);
 
 struct program_desc {
     const char *label; /* required; names the program in debug output */
-    /* File names in shaders/, e.g. "gbuffer.vert.glsl"; either vertex (+ fragment) ... */
+    /* File names in shaders/, e.g. "gbuffer.vert.glsl"; either vertex (+ tessellation, geometry,
+     * fragment) ... */
     const char *vertex;
+    const char *tessellation[2]; /* control, evaluation: both, or none */
+    const char *geometry;
     const char *fragment;
     const char *compute; /* ... or compute */
     /* Space-separated NAME or NAME=VALUE items that become #define lines, in this order; NULL means

@@ -18,8 +18,9 @@ static GLuint begin_stage(const struct composition *composition, GLenum kind)
 
 void program_build_begin(struct program_build *build, struct program_source *source, bool is_kept)
 {
-    static const GLenum kinds[PROGRAM_STAGES] = {GL_VERTEX_SHADER, GL_FRAGMENT_SHADER,
-                                                 GL_COMPUTE_SHADER};
+    static const GLenum kinds[PROGRAM_STAGES] = {GL_VERTEX_SHADER,          GL_TESS_CONTROL_SHADER,
+                                                 GL_TESS_EVALUATION_SHADER, GL_GEOMETRY_SHADER,
+                                                 GL_FRAGMENT_SHADER,        GL_COMPUTE_SHADER};
     double begin_ms = wall_ms();
     *build = (struct program_build){.source = *source, .program = glCreateProgram()};
     *source = (struct program_source){0};

@@ -12,16 +12,23 @@ static bool is_same(const char *a, const char *b)
     return a == b || (a && b && !strcmp(a, b));
 }
 
+/* Whether a listed program is of these files and defines. */
+static bool is_of(const struct listed_program *item, const struct program_desc *desc)
+{
+    return is_same(item->vertex, desc->vertex) &&
+           is_same(item->tessellation[0], desc->tessellation[0]) &&
+           is_same(item->tessellation[1], desc->tessellation[1]) &&
+           is_same(item->geometry, desc->geometry) && is_same(item->fragment, desc->fragment) &&
+           is_same(item->compute, desc->compute) &&
+           is_same(item->defines, desc->defines ? desc->defines : "");
+}
+
 static struct listed_program *find(const struct program_list *list, const char *pass,
                                    const struct program_desc *desc)
 {
-    for (size_t i = list->count; i-- > 0;) {
-        struct listed_program *item = &list->items[i];
-        if (is_same(item->pass, pass) && is_same(item->vertex, desc->vertex) &&
-            is_same(item->fragment, desc->fragment) && is_same(item->compute, desc->compute) &&
-            is_same(item->defines, desc->defines ? desc->defines : ""))
-            return item;
-    }
+    for (size_t i = list->count; i-- > 0;)
+        if (is_same(list->items[i].pass, pass) && is_of(&list->items[i], desc))
+            return &list->items[i];
     return NULL;
 }
 
@@ -54,6 +61,8 @@ void program_list_add(struct program_list *list, const char *pass, const struct 
     *item = (struct listed_program){.pass = pass,
                                     .label = desc->label,
                                     .vertex = desc->vertex,
+                                    .tessellation = {desc->tessellation[0], desc->tessellation[1]},
+                                    .geometry = desc->geometry,
                                     .fragment = desc->fragment,
                                     .compute = desc->compute,
                                     .is_conditional = is_conditional};
@@ -64,17 +73,20 @@ void program_list_add(struct program_list *list, const char *pass, const struct 
 
 bool program_list_is_same(const struct listed_program *a, const struct listed_program *b)
 {
-    return is_same(a->vertex, b->vertex) && is_same(a->fragment, b->fragment) &&
-           is_same(a->compute, b->compute) && is_same(a->defines, b->defines);
+    const struct program_desc desc = program_list_desc(b);
+    return is_of(a, &desc);
 }
 
 struct program_desc program_list_desc(const struct listed_program *program)
 {
-    return (struct program_desc){.label = program->label,
-                                 .vertex = program->vertex,
-                                 .fragment = program->fragment,
-                                 .compute = program->compute,
-                                 .defines = program->defines};
+    return (struct program_desc){
+        .label = program->label,
+        .vertex = program->vertex,
+        .tessellation = {program->tessellation[0], program->tessellation[1]},
+        .geometry = program->geometry,
+        .fragment = program->fragment,
+        .compute = program->compute,
+        .defines = program->defines};
 }
 
 bool program_list_check(const struct program_list *list, struct error *err)

@@ -11,7 +11,7 @@ enum { PROGRAM_DEFINES_BYTES = 512 };
 
 struct listed_program {
     const char *pass; /* of the plan; as all texts but the defines, never freed */
-    const char *label, *vertex, *fragment, *compute;
+    const char *label, *vertex, *tessellation[2], *geometry, *fragment, *compute;
     char defines[PROGRAM_DEFINES_BYTES];
     bool is_conditional; /* whether it is needed depends on what the frame counts */
     enum program_place place;

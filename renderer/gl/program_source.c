@@ -9,7 +9,8 @@ bool program_source_init(struct program_source *source, const struct program_des
                          const char *device_defines, struct error *err)
 {
     *source = (struct program_source){
-        .files = {desc->vertex, desc->fragment, desc->compute},
+        .files = {desc->vertex, desc->tessellation[0], desc->tessellation[1], desc->geometry,
+                  desc->fragment, desc->compute},
         .key = content_key_begin(),
     };
     for (int i = 0; i < PROGRAM_STAGES; i++) {

@@ -9,7 +9,7 @@
 #include "renderer/gl/program.h"
 
 enum {
-    PROGRAM_STAGES = 3,    /* vertex, fragment, compute */
+    PROGRAM_STAGES = 6,    /* in the order of struct program_desc */
     PROGRAM_ID_BYTES = 17, /* 16 hex digits */
 };
 

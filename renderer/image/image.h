@@ -52,7 +52,7 @@ bool image_format_from_name(const char *name, enum image_format *format); /* als
 struct image_encode_desc {
     enum image_format format;
     int quality;             /* JPEG and WebP, [1, 100]; 0 means 90; WebP 100 is lossless */
-    const char *description; /* optional, borrowed; stored as ImageDescription, but in WebP */
+    const char *description; /* optional, borrowed; stored, but in WebP */
     const char *provenance;  /* optional, borrowed; as protocol/provenance_file.h has it in files */
 };
 
@@ -62,8 +62,8 @@ struct image_encode_desc {
 MUST_CHECK bool image_encode(const struct image *image, const struct image_encode_desc *desc,
                              void **bytes, size_t *size_bytes, struct error *err);
 
-/* Loads what reading any file and writing JPEG and EXR needs, so that the first one does not wait
- * for it. */
+/* Loads what writing EXR and reading EXR and HDR needs, so that the first such file does
+ * not wait for it. */
 void image_warm_up(void);
 
 struct image_decode_desc {

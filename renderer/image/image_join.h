@@ -14,6 +14,8 @@ struct image_join_desc {
     int columns, rows;
     enum image_format format; /* of the picture; its tiles are EXR for EXR, else PNG */
     int quality;              /* as in struct image_encode_desc */
+    const char *description;  /* likewise, but of a JPEG alone: other files say what tiles say */
+    const char *provenance;   /* optional, borrowed; as in struct image_encode_desc */
     int fd;                   /* an empty file for the picture, borrowed */
 };
 

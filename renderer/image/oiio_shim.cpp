@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The one home of OpenImageIO (Debian's 2.4). PNG, JPEG, EXR and HDR all read and write through an
-// IOProxy there, so that neither files nor memfds are needed.
+// The one home of OpenImageIO (Debian's 2.4). Its formats read and write through an IOProxy, so
+// that neither files nor memfds are needed but for deep images.
 #include "renderer/image/oiio_shim.h"
 
 #include <algorithm>
@@ -204,8 +204,8 @@ bool encode_deep(const deep_image *image, const oiio_option *options, void **byt
     return file.read(bytes, size_bytes, err);
 }
 
-bool decode(const void *bytes, size_t size_bytes, const char *format,
-            enum image_component component, struct image *image, struct error *err)
+bool decode(const void *bytes, size_t size_bytes, const char *format, struct image *image,
+            struct error *err)
 {
     std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
     if (!input || !input->supports("ioproxy"))
@@ -221,8 +221,8 @@ bool decode(const void *bytes, size_t size_bytes, const char *format,
                          first_line(input->geterror()).c_str());
     if (spec.depth > 1 || spec.deep)
         return error_set(err, ERROR_UNSUPPORTED, "%s: deep and volume images are not read", format);
-    if (component == IMAGE_F32 && spec.format == OIIO::TypeDesc::UINT32)
-        component = IMAGE_U32; // as floats the library would scale them to [0, 1]
+    // As floats the library would scale whole numbers to [0, 1].
+    image_component component = spec.format == OIIO::TypeDesc::UINT32 ? IMAGE_U32 : IMAGE_F32;
     if (!image_init(image, spec.width, spec.height, spec.nchannels, component, err))
         return false;
     for (int i = 0; i < spec.nchannels && size_t(i) < spec.channelnames.size(); i++)
@@ -292,18 +292,33 @@ bool read_strip(const TileRow &tiles, int first, int end, const OIIO::ImageSpec 
     return true;
 }
 
-bool write_row(const TileRow &tiles, OIIO::ImageOutput &output, int y, struct error *err)
+// Where rows of a picture go.
+struct Picture {
+    const oiio_join *desc;
+    OIIO::ImageSpec spec;
+    OIIO::ImageOutput *output; // none with desc->to_rows
+};
+
+bool write_strip(const Picture &picture, int y, int end, const void *strip, struct error *err)
 {
-    const OIIO::ImageSpec &spec = output.spec();
+    if (const oiio_rows *to = picture.desc->to_rows)
+        return to->put(to->context, strip, end - y, err);
+    if (!picture.output->write_scanlines(y, end, 0, picture.spec.format, strip))
+        return error_set(err, ERROR_IO, "writing the picture: %s",
+                         first_line(picture.output->geterror()).c_str());
+    return true;
+}
+
+bool write_row(const TileRow &tiles, const Picture &picture, int y, struct error *err)
+{
+    const OIIO::ImageSpec &spec = picture.spec;
     std::vector<unsigned char> tile,
         strip(size_t(JOIN_ROWS) * size_t(spec.width) * size_t(spec.nchannels) * spec.format.size());
     for (int first = 0; first < tiles.height; first += JOIN_ROWS) {
         int end = std::min(first + JOIN_ROWS, tiles.height);
-        if (!read_strip(tiles, first, end, spec, tile, strip, err))
+        if (!read_strip(tiles, first, end, spec, tile, strip, err) ||
+            !write_strip(picture, y + first, y + end, strip.data(), err))
             return false;
-        if (!output.write_scanlines(y + first, y + end, 0, spec.format, strip.data()))
-            return error_set(err, ERROR_IO, "writing the picture: %s",
-                             first_line(output.geterror()).c_str());
     }
     return true;
 }
@@ -316,20 +331,30 @@ OIIO::ImageSpec spec_of_picture(const oiio_join *desc, const TileRow &row, int h
     spec.width = spec.full_width = row.width;
     spec.height = spec.full_height = height;
     spec.tile_width = spec.tile_height = spec.tile_depth = 0;
-    if (desc->channels) {
-        spec.nchannels = desc->channels;
+    if (desc->to_rows) {
+        spec.set_format(OIIO::TypeDesc::UINT8);
+        spec.nchannels = 3;
         spec.default_channel_names();
+    } else {
+        set_options(desc->options, spec);
     }
-    set_options(desc->options, spec);
     return spec;
 }
 
-bool join(const oiio_join *desc, struct error *err)
+bool begin_picture(const Picture &picture, struct error *err)
 {
-    std::unique_ptr<FILE, int (*)(FILE *)> file(fdopen(dup(desc->fd), "wb"), fclose);
-    std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(desc->to);
-    if (!file || !output || !output->supports("ioproxy"))
-        return error_set(err, ERROR_IO, "a picture cannot be written as %s here", desc->to);
+    const OIIO::ImageSpec &spec = picture.spec;
+    if (const oiio_rows *to = picture.desc->to_rows)
+        return to->begin(to->context, spec.width, spec.height, err);
+    if (!picture.output->open(std::string("picture.") + picture.desc->to, spec))
+        return error_set(err, ERROR_IO, "writing the picture: %s",
+                         first_line(picture.output->geterror()).c_str());
+    return true;
+}
+
+bool join_rows(const oiio_join *desc, OIIO::ImageOutput *output, struct error *err)
+{
+    Picture picture = {desc, {}, output};
     int height = 0;
     for (int row = 0; row < desc->rows; row++) {
         TileRow tiles;
@@ -340,21 +365,35 @@ bool join(const oiio_join *desc, struct error *err)
             return false;
         height += tiles.height;
     }
-    OIIO::Filesystem::IOFile proxy(file.get(), OIIO::Filesystem::IOProxy::Write);
-    output->set_ioproxy(&proxy);
-    output->threads(1);
     for (int row = 0, y = 0; row < desc->rows; row++) {
         TileRow tiles;
         if (!open_row(desc, row, tiles, err))
             return false;
-        if (row == 0 &&
-            !output->open(std::string("picture.") + desc->to, spec_of_picture(desc, tiles, height)))
-            return error_set(err, ERROR_IO, "writing the picture: %s",
-                             first_line(output->geterror()).c_str());
-        if (!write_row(tiles, *output, y, err))
+        if (row == 0) {
+            picture.spec = spec_of_picture(desc, tiles, height);
+            if (!begin_picture(picture, err))
+                return false;
+        }
+        if (!write_row(tiles, picture, y, err))
             return false;
         y += tiles.height;
     }
+    return true;
+}
+
+bool join(const oiio_join *desc, struct error *err)
+{
+    if (desc->to_rows)
+        return join_rows(desc, nullptr, err);
+    std::unique_ptr<FILE, int (*)(FILE *)> file(fdopen(dup(desc->fd), "wb"), fclose);
+    std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(desc->to);
+    if (!file || !output || !output->supports("ioproxy"))
+        return error_set(err, ERROR_IO, "a picture cannot be written as %s here", desc->to);
+    OIIO::Filesystem::IOFile proxy(file.get(), OIIO::Filesystem::IOProxy::Write);
+    output->set_ioproxy(&proxy);
+    output->threads(1);
+    if (!join_rows(desc, output.get(), err))
+        return false;
     if (!output->close() || fflush(file.get()) != 0)
         return error_set(err, ERROR_IO, "writing the picture: %s",
                          first_line(output->geterror()).c_str());
@@ -405,14 +444,14 @@ bool encode_deep_safely(const deep_image *image, const oiio_option *options, voi
     }
 }
 
-bool decode_safely(const void *bytes, size_t size_bytes, const char *format,
-                   enum image_component component, struct image *image, struct error *err)
+bool decode_safely(const void *bytes, size_t size_bytes, const char *format, struct image *image,
+                   struct error *err)
 {
     memset(image, 0, sizeof *image);
     bool is_done = false;
     try {
         configure();
-        is_done = decode(bytes, size_bytes, format, component, image, err);
+        is_done = decode(bytes, size_bytes, format, image, err);
     } catch (const std::bad_alloc &) {
         error_set(err, ERROR_NO_MEMORY, "reading %s", format);
     } catch (const std::exception &e) {

@@ -22,13 +22,21 @@ struct oiio_option {
     int number;
 };
 
+/* Takes the rows of a picture in the place of OpenImageIO: U8 RGB without gaps. */
+struct oiio_rows {
+    void *context;
+    bool (*begin)(void *context, int width_px, int height_px, struct error *err);
+    bool (*put)(void *context, const void *rows, int row_count, struct error *err);
+};
+
 /* Files of the tiles of one picture, all of one kind. */
 struct oiio_join {
     const char *const *paths; /* columns * rows, row by row from the top */
     int columns, rows;
-    const char *from, *to;             /* OpenImageIO's names of formats */
+    const char *from;                  /* OpenImageIO's name of a format */
+    const struct oiio_rows *to_rows;   /* optional; in the place of all below */
+    const char *to;                    /* likewise a format */
     const struct oiio_option *options; /* of the picture's file, over what the first tile says */
-    int channels;                      /* of the picture: 3 of fewer or more; 0: as the tiles */
     int fd;                            /* where it is written; borrowed */
 };
 
@@ -40,10 +48,10 @@ struct oiio_functions {
     /* As OpenEXR of deep scanlines. */
     bool (*encode_deep)(const struct deep_image *image, const struct oiio_option *options,
                         void **bytes, size_t *size_bytes, struct error *err);
-    /* Decodes the first subimage into *image (initialised here) with its own channels, converted to
-     * `component`. */
-    bool (*decode)(const void *bytes, size_t size_bytes, const char *format,
-                   enum image_component component, struct image *image, struct error *err);
+    /* Decodes the first subimage into *image (initialised here) with its own channels, U32 where
+     * the file has such whole numbers, else F32. */
+    bool (*decode)(const void *bytes, size_t size_bytes, const char *format, struct image *image,
+                   struct error *err);
     /* Writes the picture, some rows at a time. ERROR_IO: it cannot be written; else a tile cannot
      * be read. */
     bool (*join)(const struct oiio_join *desc, struct error *err);

@@ -208,6 +208,14 @@ static bool list_lines(struct importer *importer, const char *lines, struct erro
     return true;
 }
 
+static bool begin_pixels(struct importer *importer, struct error *err)
+{
+    if (!importer->writer.sections[SCENE_IMAGES].count)
+        return true;
+    importer->pixels = import_pixels_begin(importer, err);
+    return importer->pixels != NULL;
+}
+
 static bool import_all(struct importer *importer, const struct scene_import_desc *desc,
                        const char *warnings, struct error *err)
 {
@@ -220,15 +228,17 @@ static bool import_all(struct importer *importer, const struct scene_import_desc
         return false;
     return list_lines(importer, warnings, err) && list_extensions(importer, err) &&
            import_materials(importer, err) && import_variants(importer, err) &&
-           import_textures(importer, err) && import_lights(importer, err) &&
-           import_cameras(importer, err) && import_grids(importer, err) &&
-           import_hierarchy(importer, err) && import_meshes(importer, err) &&
-           import_nodes(importer, err) && import_skins(importer, err) &&
-           import_animations(importer, err) && list_warnings(importer, err);
+           import_textures(importer, err) && begin_pixels(importer, err) &&
+           import_lights(importer, err) && import_cameras(importer, err) &&
+           import_grids(importer, err) && import_hierarchy(importer, err) &&
+           import_meshes(importer, err) && import_nodes(importer, err) &&
+           import_skins(importer, err) && import_animations(importer, err) &&
+           list_warnings(importer, err);
 }
 
 static void importer_finish(struct importer *importer)
 {
+    import_pixels_destroy(importer->pixels); /* reads the rest */
     blob_writer_finish(&importer->writer);
     importer_free_scratch(importer->scratch);
     for (size_t i = 0; importer->buffers && i < importer->json.buffer_count; i++)
@@ -265,7 +275,7 @@ static bool import_gltf(const struct scene_import_desc *desc, const char *warnin
     bool is_done = import_all(&importer, desc, warnings, err) &&
                    blob_writer_write(&importer.writer, &importer.header, desc->write != NULL, blob,
                                      size_bytes, err) &&
-                   import_pixels(&importer, desc, *blob, err);
+                   (!importer.pixels || import_pixels_end(importer.pixels, *blob, err));
     importer_finish(&importer);
     struct scene scene; /* the worker will ask the same: what it would refuse is refused here */
     is_done = is_done &&

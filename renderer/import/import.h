@@ -50,11 +50,11 @@ struct scene_import_desc {
     /* Optional: called before the others, with how the files were read. */
     bool (*tell_origin)(void *context, const struct scene_origin *origin, struct error *err);
     /* Optional: takes pixels at their offset in the blob, an image at a time, so that memory need
-     * not hold them all. Only the blob's head comes back then (scene_open_head). Called on the
-     * caller's thread. */
+     * not hold them all. Only the blob's head comes back then (scene_open_head). Several threads
+     * call it at once, each for bytes of its own. */
     bool (*write)(void *context, uint64_t offset_bytes, const void *bytes, size_t size_bytes,
                   struct error *err);
-    /* Optional: called often, with how far a stage is, in [0, 1]. */
+    /* Optional: called often, with how far a stage is, in [0, 1]; on any thread, one at a time. */
     void (*advance)(void *context, enum scene_import_stage stage, double share);
     void *context; /* for tell_scene, tell_origin, write and advance */
 };
@@ -62,11 +62,6 @@ struct scene_import_desc {
 /* Loads what reads files of a format, so that nothing is loaded later, where that is forbidden.
  * ERROR_UNSUPPORTED where it is not there. */
 MUST_CHECK bool scene_import_prepare(enum scene_format format, struct error *err);
-
-/* False where no text among desc's files can name an image, so that nothing need be loaded that
- * decodes images. Only files and format of desc are used. Looks for words in at most 16 MiB, and
- * parses nothing; where there is more it is true. */
-bool scene_import_may_have_images(const struct scene_import_desc *desc);
 
 /* Writes a new blob, or its head, to *blob (malloc'ed, caller frees). Errors: ERROR_INVALID_SCENE
  * naming file, element and reason; ERROR_UNSUPPORTED naming a required extension that is not known;

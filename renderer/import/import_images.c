@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* Textures, samplers, and the images that evaluated textures use, each decoded once: what is in a
- * blob is known from their headers, so pixels come last, one image at a time. */
+/* Textures, samplers, and the images that evaluated textures use, each once: the layout of a blob
+ * follows from their headers, so pixels come last (import_pixels.c). */
 #include <stdlib.h>
 #include <string.h>
 
-#include "renderer/image/image.h"
 #include "renderer/image/image_header.h"
 #include "renderer/import/importer.h"
 #include "renderer/scene/scene.h"
@@ -20,22 +19,6 @@ enum {
     MIRRORED_REPEAT = 33648,
     REPEAT = 10497,
 };
-
-#define SCANNED_BYTES_MAX (16ull << 20)
-
-bool scene_import_may_have_images(const struct scene_import_desc *desc)
-{
-    static const char key[] = "\"images\""; /* as gltf_json_read takes it: without escapes */
-    uint64_t size_bytes = 0;
-    for (size_t i = 0; i < desc->file_count; i++)
-        size_bytes += desc->files[i].size_bytes;
-    if (desc->format != SCENE_FORMAT_GLTF || size_bytes > SCANNED_BYTES_MAX)
-        return true;
-    for (size_t i = 0; i < desc->file_count; i++)
-        if (memmem(desc->files[i].bytes, desc->files[i].size_bytes, key, sizeof key - 1))
-            return true;
-    return false;
-}
 
 static bool is_wrap(int wrap)
 {
@@ -71,8 +54,7 @@ static bool import_sampler(const struct gltf_document *document, int index,
     return true;
 }
 
-/* The encoded bytes of an image, from its URI or buffer view. */
-static bool open_image(const struct importer *importer, size_t index, struct gltf_bytes *bytes,
+bool import_open_image(const struct importer *importer, size_t index, struct gltf_bytes *bytes,
                        struct error *err)
 {
     const struct gltf_source *source = &importer->json.images[index];
@@ -98,7 +80,7 @@ static bool append_image(struct importer *importer, size_t index, const char *na
     struct gltf_bytes bytes;
     struct image_header header;
     struct scene_image image = {.name = 0};
-    bool is_good = open_image(importer, index, &bytes, err) &&
+    bool is_good = import_open_image(importer, index, &bytes, err) &&
                    (importer->takes_old_images
                         ? image_header_read_old(&header, bytes.bytes, bytes.size_bytes, err)
                         : image_header_read(&header, bytes.bytes, bytes.size_bytes, err));
@@ -226,100 +208,4 @@ bool import_textures(struct importer *importer, struct error *err)
         is_done = import_texture(importer, i, listed, err) || error_wrap(err, "texture %zu", i);
     free(listed);
     return is_done && reserve_levels(importer, err);
-}
-
-/* ---- pixels ---- */
-
-struct pixel_writer {
-    const struct scene_import_desc *desc;
-    const struct texture_tables *tables;
-    void *blob;
-    uint64_t first_byte; /* of the pixels, in the blob */
-};
-
-static bool write_pixels(const struct pixel_writer *writer, uint64_t offset, const void *bytes,
-                         size_t size, struct error *err)
-{
-    offset += writer->first_byte;
-    if (writer->desc->write)
-        return writer->desc->write(writer->desc->context, offset, bytes, size, err);
-    memcpy((char *)writer->blob + offset, bytes, size);
-    return true;
-}
-
-static bool write_levels(const struct pixel_writer *writer, const struct scene_image *record,
-                         const struct image *image, struct error *err)
-{
-    size_t size = texture_levels_bytes(record->width_px, record->height_px, 1);
-    struct texture_levels_desc desc = {.tables = writer->tables,
-                                       .pixels = image->pixels,
-                                       .width_px = record->width_px,
-                                       .height_px = record->height_px};
-    uint8_t *levels = malloc(size + 1);
-    if (!levels)
-        return error_set(err, ERROR_NO_MEMORY, "levels of %zu bytes", size);
-    bool is_done = true;
-    for (int i = 0; i < 2 && is_done; i++) {
-        if (!record->levels_offset_bytes[i])
-            continue;
-        desc.is_srgb = i == 1;
-        texture_levels_build(&desc, levels);
-        is_done = write_pixels(writer, record->levels_offset_bytes[i], levels, size, err);
-    }
-    free(levels);
-    return is_done;
-}
-
-static uint32_t least_alpha(const struct image *image)
-{
-    const uint8_t *pixels = image->pixels;
-    size_t count = (size_t)image->width_px * (size_t)image->height_px;
-    uint8_t least = 255;
-    for (size_t i = 0; i < count && least > 0; i++)
-        least = pixels[4 * i + 3] < least ? pixels[4 * i + 3] : least;
-    return least;
-}
-
-static bool decode(struct importer *importer, size_t index, const struct pixel_writer *writer,
-                   struct scene_image *record, struct error *err)
-{
-    struct gltf_bytes bytes;
-    struct image image = {.width_px = 0};
-    struct image_decode_desc desc = {.max_pixels = importer->max_image_pixels,
-                                     .takes_old = importer->takes_old_images};
-    bool is_done =
-        open_image(importer, index, &bytes, err) &&
-        image_decode(bytes.bytes, bytes.size_bytes, &desc, &image, err) &&
-        write_pixels(writer, record->offset_bytes, image.pixels, image_size_bytes(&image), err) &&
-        write_levels(writer, record, &image, err);
-    if (is_done)
-        record->least_alpha = least_alpha(&image);
-    image_finish(&image);
-    free(bytes.owned);
-    return is_done;
-}
-
-bool import_pixels(struct importer *importer, const struct scene_import_desc *desc, void *blob,
-                   struct error *err)
-{
-    const struct scene_header *header = blob;
-    const struct scene_section_range *range = &header->sections[SCENE_IMAGES];
-    struct scene_image *images = (void *)((char *)blob + range->offset);
-    if (!range->count)
-        return true;
-    struct texture_tables *tables = texture_tables_create(err);
-    struct pixel_writer writer = {.desc = desc,
-                                  .tables = tables,
-                                  .blob = blob,
-                                  .first_byte = header->sections[SCENE_PIXELS].offset};
-    bool is_done = tables;
-    for (uint64_t i = 0; is_done && i < range->count; i++) {
-        uint32_t index = importer->image_source[i];
-        const char *strings = (const char *)blob + header->sections[SCENE_STRINGS].offset;
-        is_done = decode(importer, index, &writer, &images[i], err) ||
-                  error_wrap(err, "image %u '%s'", index, strings + images[i].name);
-        importer_advance(importer, SCENE_IMPORT_IMAGES, i + 1, range->count);
-    }
-    texture_tables_destroy(tables);
-    return is_done;
 }

@@ -30,6 +30,7 @@ struct importer {
     uint32_t *node_order;   /* owned: glTF nodes of the scene, parents first */
     uint32_t node_count;
     struct geometry_scratch *scratch; /* owned by import_geometry.c */
+    struct pixel_job *pixels;         /* owned; NULL without images */
 
     /* Counted while importing; the warnings at the end state them. */
     uint64_t degenerate_triangles, repaired_normals, clamped_colors;
@@ -91,11 +92,21 @@ MUST_CHECK bool import_variant_materials(struct importer *importer,
 MUST_CHECK bool import_pose(const struct gltf_node *node, struct scene_pose *pose,
                             struct error *err);
 
-/* Decodes the images, builds their levels, and has both written where the blob in the making, or
- * its head, has room for them; completes the blob's image records. `write` may be NULL: the blob is
- * whole. */
-MUST_CHECK bool import_pixels(struct importer *importer, const struct scene_import_desc *desc,
-                              void *blob, struct error *err);
+/* The encoded bytes of an image of the file, from its URI or buffer view; the caller frees `owned`.
+ * A view is decoded the first time: from then on on any thread, beside others that read other
+ * views.
+ */
+MUST_CHECK bool import_open_image(const struct importer *importer, size_t index,
+                                  struct gltf_bytes *bytes, struct error *err);
+
+/* Decodes the images and builds their levels. begin, after the textures: on further threads, while
+ * the importer goes on; NULL with err set on failure. end: has all written where the blob, or its
+ * head, has room for them, and completes the blob's image records. destroy: at any time; NULL does
+ * nothing. */
+struct pixel_job;
+struct pixel_job *import_pixels_begin(const struct importer *importer, struct error *err);
+MUST_CHECK bool import_pixels_end(struct pixel_job *job, void *blob, struct error *err);
+void import_pixels_destroy(struct pixel_job *job);
 
 /* Tells that a stage is so far. */
 void importer_advance(const struct importer *importer, enum scene_import_stage stage, uint64_t done,

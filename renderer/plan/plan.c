@@ -356,10 +356,12 @@ static bool require_smoke(struct plan *plan, const struct frame_plan_desc *desc,
              : !grids  ? "there are no density grids"
              : !lights ? "no light shines into density grids"
                        : "lights shine into density grids");
-    const char *excess = is_drawn ? grid_texels_excess(desc->state) : NULL;
+    bool are_summed = desc->view->outputs & 1u << VIEW_OUTPUT_OPTICAL_DEPTH;
+    const char *excess = is_drawn || are_summed ? grid_texels_excess(desc->state) : NULL;
     return !excess ||
-           error_set(err, ERROR_UNSUPPORTED,
-                     "%s, and rasterised pictures have no more: shadows must be raytraced", excess);
+           error_set(err, ERROR_UNSUPPORTED, "%s, and %s", excess,
+                     is_drawn ? "rasterised pictures have no more: shadows must be raytraced"
+                              : "the output optical_depth has no more");
 }
 
 /* The technique of a light whose filters it knows, and whose media it does not. */
@@ -374,6 +376,26 @@ static enum shadow_technique find_thick_media(const struct shadow_needs *shadows
             found = light->method->id;
     }
     return found;
+}
+
+static bool check_device(const struct plan *plan, const struct frame_plan_desc *desc,
+                         struct error *err)
+{
+    for (int id = 0; id < SHADOWS_COUNT; id++) {
+        const struct shadow_method *method = shadow_method_of((enum shadow_technique)id);
+        if (plan->lights_by_technique[id] && method->check &&
+            !method->check(desc->state, &desc->view->quality, desc->limits, err))
+            return false;
+    }
+    return true;
+}
+
+/* Of the lights whose shadows are found for each window. */
+static const char *find_fall_back(const struct plan *plan, const struct frame_plan_desc *desc)
+{
+    const struct shadow_method *method = plan->window_shadows;
+    return method && method->fall_back ? method->fall_back(desc->state, &desc->view->quality)
+                                       : NULL;
 }
 
 static bool check_technique(struct frame_plan *made, const struct frame_plan_desc *desc,
@@ -398,7 +420,8 @@ static bool check_technique(struct frame_plan *made, const struct frame_plan_des
             .window_lights = plan->traced_lights,
             .thick_media = find_thick_media(&made->shadows),
             .unfit_casters = needs(plan, PLAN_NEED_COLOR) ? plan->unfit_casters : 0,
-            .asked = plan->unfit_technique},
+            .asked = plan->unfit_technique,
+            .fall_back = find_fall_back(plan, desc)},
         &plan->lacks, err);
 }
 
@@ -521,24 +544,25 @@ static void choose_transparency(struct plan *plan, const struct frame_plan *made
                                 const struct frame_plan_desc *desc)
 {
     const struct view *view = desc->view;
-    unsigned can = 0;
     if (made->items.medium_count)
-        can |= TRANSPARENCY_CAN_MEDIA;
+        plan->layer_needs |= TRANSPARENCY_CAN_MEDIA;
     if (needs(plan, PLAN_NEED_TRACED_SHADOWS) || needs(plan, PLAN_NEED_VISIBILITY))
-        can |= TRANSPARENCY_CAN_TRACED_SHADOWS;
+        plan->layer_needs |= TRANSPARENCY_CAN_TRACED_SHADOWS;
     if (needs(plan, PLAN_NEED_AUXILIARY))
-        can |= TRANSPARENCY_CAN_OUTPUTS;
+        plan->layer_needs |= TRANSPARENCY_CAN_OUTPUTS;
     if (needs(plan, PLAN_NEED_REFRACTION))
-        can |= TRANSPARENCY_CAN_REFRACTION;
+        plan->layer_needs |= TRANSPARENCY_CAN_REFRACTION;
     if (view_has_atmosphere(view) || desc->state->grid_count) /* without light they dim, too */
-        can |= TRANSPARENCY_CAN_HAZE;
+        plan->layer_needs |= TRANSPARENCY_CAN_HAZE;
     if (needs(plan, PLAN_NEED_DEEP))
-        can |= TRANSPARENCY_CAN_DEEP;
+        plan->layer_needs |= TRANSPARENCY_CAN_DEEP;
     if (desc->state->ground_plane.is_there)
-        can |= TRANSPARENCY_CAN_GROUND;
+        plan->layer_needs |= TRANSPARENCY_CAN_GROUND;
     plan->transparency = transparency_method_of(view->quality.transparency);
     plan->transparency_lacks =
-        needs(plan, PLAN_NEED_LAYERS) ? transparency_method_lacks(plan->transparency, can) : 0;
+        needs(plan, PLAN_NEED_LAYERS)
+            ? transparency_method_lacks(plan->transparency, plan->layer_needs)
+            : 0;
     if (plan->transparency_lacks)
         plan->transparency = transparency_method_of(TRANSPARENCY_AUTO);
 }
@@ -639,7 +663,7 @@ bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc
     require_atmosphere(&plan->plan, &chosen);
     if (!require_smoke(&plan->plan, &chosen, err) || !require_geometry(plan, &chosen, err) ||
         !require_lights(plan, &chosen, err) || !check_technique(plan, &chosen, err) ||
-        !check_deep(plan, &chosen, err))
+        !check_device(&plan->plan, &chosen, err) || !check_deep(plan, &chosen, err))
         goto fail;
     require_visibility(plan, &chosen);
     choose_transparency(&plan->plan, plan, &chosen);

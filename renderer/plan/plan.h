@@ -95,6 +95,7 @@ struct plan {
     size_t unseen_lights;                           /* brighten nothing in view */
     size_t compressed_lights;                       /* of the deep ones: their lists become nodes */
     const struct transparency_method *transparency; /* that draws what is transparent in view */
+    unsigned layer_needs;                           /* enum transparency_can: what is asked of it */
     unsigned transparency_lacks; /* enum transparency_can: why it is not the one asked for */
     uint64_t shadow_texels;
     size_t least_batches;      /* of shadowed lights, by what is known of their structures before: 1

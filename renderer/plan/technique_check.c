@@ -146,6 +146,8 @@ bool technique_check(const struct technique_demand *demand, struct technique_lac
             "slabs, or that cast once): the shadows are those of %s",
             shadow_technique_name((int)demand->asked), demand->unfit_casters,
             demand->unfit_casters == 1 ? "" : "s", shadow_technique_name((int)shadows));
+    if (demand->fall_back)
+        add(lacks, "%s", demand->fall_back);
     if (demand->thick_media != SHADOWS_AUTO)
         add(lacks,
             "%s has no room for media: closed volumes keep the thickness of "

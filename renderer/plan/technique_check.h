@@ -29,6 +29,7 @@ struct technique_demand {
     /* Casters that a technique cannot answer for, which therefore another one does; 0: none. */
     size_t unfit_casters;
     enum shadow_technique asked; /* with unfit_casters */
+    const char *fall_back;       /* the warning of struct shadow_method.fall_back; NULL: none */
 };
 
 enum { TECHNIQUE_LACKS_MAX = 8 };

@@ -10,9 +10,11 @@
 #include "renderer/raytrace/rt_batch_refine.h"
 #include "renderer/raytrace/rt_environment.h"
 #include "renderer/raytrace/rt_haze.h"
+#include "renderer/raytrace/rt_haze_glow.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_pixel.h"
+#include "renderer/raytrace/rt_whole.h"
 
 enum { BATCH_FRAGMENTS = 4096 }; /* 1.2 MB with all that belongs to them */
 
@@ -61,13 +63,14 @@ bool rt_batch_init(struct rt_batch *batch, const struct rt_batch_desc *desc, str
     batch->has_grids = desc->scene->state->grid_count;
     batch->has_air = desc->haze || batch->has_grids;
     batch->light_counts = calloc(2 * rt_batch_light_slots(batch), sizeof *batch->light_counts);
-    batch->jobs = calloc(RT_BATCH_JOBS_MAX, sizeof *batch->jobs);
-    batch->sorted = calloc(RT_BATCH_JOBS_MAX, sizeof *batch->sorted);
+    batch->jobs = malloc(RT_BATCH_JOBS_MAX * sizeof *batch->jobs); /* touched when needed */
+    batch->sorted = malloc(RT_BATCH_JOBS_MAX * sizeof *batch->sorted);
     batch->blocks = calloc(1, sizeof *batch->blocks);
     if (!batch->light_counts || !batch->jobs || !batch->sorted || !batch->blocks)
         return error_set(err, ERROR_NO_MEMORY, "%d waiting shadow rays", RT_BATCH_JOBS_MAX);
     return rt_packet_init(&batch->packet, desc->scene, err) && rt_hits_init(&batch->scratch, err) &&
-           init_walker(batch, err) && (!batch->has_grids || init_smoke(batch, err));
+           init_walker(batch, err) && (!batch->has_air || init_smoke(batch, err)) &&
+           rt_wholes_create(&batch->wholes, batch, err);
 }
 
 void rt_batch_finish(struct rt_batch *batch)
@@ -89,6 +92,7 @@ void rt_batch_finish(struct rt_batch *batch)
     rt_walker_finish(&batch->walker);
     rt_lighting_finish(&batch->smoke);
     free(batch->bent);
+    rt_wholes_destroy(batch->wholes);
     *batch = (struct rt_batch){0};
 }
 
@@ -158,22 +162,26 @@ static bool reserve_for(struct rt_batch *batch, const struct rt_sample *sample)
     return ok;
 }
 
-/* Whether a triangle goes on where another one of its mesh is: they lean alike, and the hit is on
- * the plane of the samples that are known. */
+bool rt_batch_continues(const struct rt_batch *batch, const double known[3], const double own[3],
+                        const double offset[3], double t)
+{
+    double pixel_m = vec3_length(batch->desc.way[0]);
+    if (!batch->desc.camera->is_orthographic)
+        pixel_m *= t;
+    return vec3_dot(known, own) >= SAME_LEAN &&
+           fabs(vec3_dot(known, offset)) <= SAME_PLANE_PX * pixel_m;
+}
+
 static bool continues(const struct rt_batch *batch, const struct rt_fragment *fragment,
                       const struct rt_sample *sample, const struct rt_hit *hit)
 {
     double known[3], own[3], offset[3], count = fragment->sum.count;
-    double pixel_m = vec3_length(batch->desc.way[0]);
-    if (!batch->desc.camera->is_orthographic)
-        pixel_m *= hit->t;
     rt_scene_normal(batch->desc.scene, &fragment->hit, known);
     rt_scene_normal(batch->desc.scene, hit, own);
     for (int k = 0; k < 3; k++)
         offset[k] = sample->ray->origin[k] + sample->ray->direction[k] * hit->t -
                     fragment->sum.point[k] / count;
-    return vec3_dot(known, own) >= SAME_LEAN &&
-           fabs(vec3_dot(known, offset)) <= SAME_PLANE_PX * pixel_m;
+    return rt_batch_continues(batch, known, own, offset, hit->t);
 }
 
 static bool is_same_surface(const struct rt_batch *batch, const struct rt_fragment *fragment,
@@ -359,11 +367,24 @@ static void pass_through_grids(struct rt_batch *batch, const struct rt_haze_way 
     }
 }
 
+/* Haze begins at the eye, rays of orthographic cameras only at the near plane. */
+static void add_glows(struct rt_batch *batch, const struct rt_haze_way *way,
+                      const double through[3])
+{
+    const struct camera *camera = batch->desc.camera;
+    struct rt_haze_way whole = *way;
+    if (camera->is_orthographic && whole.from == 0)
+        whole.from = -camera->z_near;
+    rt_haze_glows_add(&batch->sight, &batch->smoke, &whole, through, batch->sight.light);
+}
+
 /* What lies between two numbers of the ray's direction, beside surfaces. */
 static void pass_air(struct rt_batch *batch, const struct rt_haze_way *way, double through[3])
 {
     if (batch->has_grids)
         rt_haze_add_grids(&batch->smoke, way, through, batch->sight.light);
+    if (batch->desc.haze)
+        add_glows(batch, way, through);
     if (!batch->has_grids || !batch->smoke.grids.count)
         pass_even(batch, way, through);
     else if (batch->desc.haze)
@@ -398,7 +419,7 @@ bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
     memcpy(batch->points[batch->sample_count].direction, sample->ray->direction,
            sizeof batch->points->direction);
     const bool has_media = scene->state->medium_count;
-    if (has_media || batch->has_grids)
+    if (has_media || batch->has_air)
         rt_scene_kept_range(scene, sample->ray, range);
     if (has_media)
         begin_media(batch, sample, way.sigma);
@@ -475,21 +496,12 @@ static void composite(const struct rt_batch *batch, size_t sample, size_t first,
             behind[3] = 1;
             break;
         }
-        for (int k = 0; k < 3; k++) {
-            layers[k] += through[k] * shading->alpha * shading->radiance[k];
-            through[k] *= shading->filter[k];
-        }
+        rt_pixel_add_layer(shading->radiance, shading->alpha, shading->filter, layers, through);
     }
     if (point->bent)
         end_bent(&batch->bent[point->bent - 1], layers, through, pixel);
     else
         rt_pixel_end_sample(pixel, layers, through, behind);
-}
-
-static bool is_in_tile(const struct view_tile *tile, int x, int y)
-{
-    return x >= tile->x_px && y >= tile->y_px && x < tile->x_px + tile->width_px &&
-           y < tile->y_px + tile->height_px;
 }
 
 static void write_pixels(const struct rt_batch *batch)
@@ -502,7 +514,7 @@ static void write_pixels(const struct rt_batch *batch)
             step = batch->sample_ends[sample++];
         }
         int x = batch->pixels[p][0], y = batch->pixels[p][1];
-        if (is_in_tile(&batch->desc.job->tile, x, y))
+        if (rt_job_has_pixel(batch->desc.job, x, y))
             rt_pixel_write(&pixel, batch->desc.view, batch->desc.samples,
                            rt_job_pixel(batch->desc.job, x, y));
     }
@@ -510,10 +522,12 @@ static void write_pixels(const struct rt_batch *batch)
 
 void rt_batch_shade(struct rt_batch *batch)
 {
+    rt_wholes_flush(batch);
     rt_batch_light(batch, 0);
     if (batch->desc.samples > 1 && !rt_batch_refine(batch))
         atomic_store(&batch->desc.job->has_no_memory, true);
     write_pixels(batch);
+    rt_wholes_write(batch);
     batch->fragment_count = batch->step_count = batch->sample_count = batch->pixel_count = 0;
     batch->bent_count = 0;
 }

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* A batch of surfaces that some pixels show: gathered from sorted hits, lit together, composited
- * per sample. Transparent triangles are shaded once per pixel, opaque surfaces once as far as they
- * are one plane in one light, both in the middle of the samples that show the triangle seen first;
- * where light differs, at each sample (rt_batch_refine.h); where a pixel has more than four
- * samples, once per quarter (or smaller part) of it at least. Thread: one per batch. */
+ * per sample. Pixels that one surface fills go a shorter way (rt_whole.h), with the same bits.
+ * Transparent triangles are shaded once per pixel, opaque surfaces once as far as they are one
+ * plane in one light, both in the middle of the samples that show the triangle seen first; where
+ * light differs, at each sample (rt_batch_refine.h); where a pixel has more than four samples, once
+ * per quarter (or smaller part) of it at least. Thread: one per batch. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_BATCH_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_BATCH_H
 
@@ -85,9 +86,12 @@ struct rt_batch_desc {
     const struct rt_haze_grid *haze;             /* required where the view has an atmosphere */
     double eye_sigma[3];                         /* of a perspective camera */
     int samples;                                 /* per pixel */
+    const double (*places)[2]; /* required; of the samples in their pixel, y down; borrowed */
     double way[2][3]; /* of rays to those of the next pixel, or part of one, to the right and
                          down: in metres, perspective: at depth 1 */
 };
+
+struct rt_wholes;
 
 struct rt_batch { /* zeroed before init; arrays grow and are kept */
     struct rt_batch_desc desc;
@@ -115,7 +119,8 @@ struct rt_batch { /* zeroed before init; arrays grow and are kept */
     size_t pixel_fragments;     /* first fragment of the pixel being gathered */
     struct rt_haze_sight sight; /* of the sample being gathered, where there is haze */
     bool has_air, has_grids;    /* haze or grids; grids */
-    struct rt_lighting smoke;   /* of what grids scatter */
+    struct rt_lighting smoke;   /* of what grids scatter, and haze beside lamps */
+    struct rt_wholes *wholes;   /* owned; NULL: all pixels are gathered by rt_batch_add */
     struct rt_packet packet;
     struct rt_hits scratch;
     uint64_t shadow_rays, surfaces, lights_listed, lights_reaching; /* raytrace_stats */
@@ -142,6 +147,11 @@ bool rt_batch_is_full(const struct rt_batch *batch);
 /* The batch's footprint of the pixel at a hit. view_z: metres along the view direction. */
 void rt_batch_footprint(const struct rt_batch *batch, const struct rt_hit *hit, double view_z,
                         const double direction[3], struct rt_footprint *footprint);
+
+/* Whether a triangle goes on where another one of its mesh is: they lean alike, and the hit at t is
+ * on the plane of the samples that are known. Normals: unit; offset: from there to the hit. */
+bool rt_batch_continues(const struct rt_batch *batch, const double known[3], const double own[3],
+                        const double offset[3], double t);
 
 void rt_fragment_add(struct rt_fragment *fragment, const struct rt_point *point);
 MUST_CHECK bool rt_batch_reserve_fragments(struct rt_batch *batch, size_t count);

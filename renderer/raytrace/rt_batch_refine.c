@@ -9,6 +9,7 @@
 
 #include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_batch_light.h"
+#include "renderer/raytrace/rt_whole.h"
 #include "shaders/shared/contrast.h"
 
 enum {
@@ -17,8 +18,18 @@ enum {
 };
 
 struct grid { /* the batch's pixels, all of one tile, by their places in it */
-    uint32_t pixel[GRID_PX][GRID_PX]; /* number, and one; 0: none */
+    uint32_t pixel[GRID_PX][GRID_PX]; /* number, and one; 0: none, or whole */
+    uint32_t whole[GRID_PX][GRID_PX]; /* likewise of those that one surface fills */
     uint32_t *firsts;                 /* of each pixel's fragments, and the end of the last one's */
+};
+
+/* A surface in one pixel. */
+struct look {
+    int x, y;
+    uint32_t mesh;
+    bool is_front;
+    const double *radiance;
+    const float *base;
 };
 
 /* Fragments lie in the order of their pixels. */
@@ -35,10 +46,28 @@ static bool grid_init(struct grid *grid, const struct rt_batch *batch)
             fragment++;
         grid->firsts[p + 1] = fragment;
     }
+    for (size_t i = 0; batch->wholes && i < batch->wholes->count; i++) {
+        const struct rt_whole_pixel *pixel = &batch->wholes->pixels[i];
+        grid->whole[pixel->y % GRID_PX][pixel->x % GRID_PX] = pixel->is_open ? 0 : (uint32_t)i + 1;
+    }
     return grid->firsts;
 }
 
-static double contrast(const struct rt_shading *a, const struct rt_shading *b)
+static struct look look_of_fragment(const struct rt_batch *batch, uint32_t fragment)
+{
+    const struct rt_fragment *own = &batch->fragments[fragment];
+    const struct rt_shading *shading = &batch->shadings[fragment];
+    return (struct look){own->x,       own->y, own->hit.mesh, own->hit.is_front, shading->radiance,
+                         shading->base};
+}
+
+static struct look look_of_whole(const struct rt_whole_pixel *pixel)
+{
+    static const float base[3] = {1, 1, 1}; /* plain meshes have no textures */
+    return (struct look){pixel->x, pixel->y, pixel->mesh, pixel->is_front, pixel->radiance, base};
+}
+
+static double contrast(const struct look *a, const struct look *b)
 {
     double most = 0;
     for (int k = 0; k < 3; k++) {
@@ -49,35 +78,88 @@ static double contrast(const struct rt_shading *a, const struct rt_shading *b)
     return most;
 }
 
-/* Between the fragment and those of its mesh in another pixel that look most like it; 0 where there
+/* Whether contrast() is certainly not above CONTRAST_LEAST, told without a division, of surfaces
+ * that have one base. */
+static bool is_clearly_even(const double a[3], const double b[3])
+{
+    bool is_even = true;
+    for (int k = 0; k < 3; k++)
+        is_even &= fabs(a[k] - b[k]) <= CONTRAST_LEAST * (1 - 1e-9) * (a[k] + b[k]);
+    return is_even;
+}
+
+static bool are_alike(const struct look *a, const struct look *b)
+{
+    return a->mesh == b->mesh && a->is_front == b->is_front;
+}
+
+/* Between the surface and those of its mesh in another pixel that look most like it; 0 where there
  * are none. */
 static double contrast_with(const struct rt_batch *batch, const struct grid *grid,
-                            uint32_t fragment, uint32_t pixel)
+                            const struct look *own, uint32_t pixel)
 {
-    const struct rt_fragment *own = &batch->fragments[fragment];
     double least = INFINITY;
     for (uint32_t i = grid->firsts[pixel]; i < grid->firsts[pixel + 1]; i++) {
-        const struct rt_fragment *other = &batch->fragments[i];
-        if (i != fragment && other->is_opaque && other->hit.mesh == own->hit.mesh &&
-            other->hit.is_front == own->hit.is_front)
-            least = rt_min(least, contrast(&batch->shadings[fragment], &batch->shadings[i]));
+        const struct look other = look_of_fragment(batch, i);
+        if (batch->fragments[i].is_opaque && are_alike(own, &other))
+            least = rt_min(least, contrast(own, &other));
     }
     return isfinite(least) ? least : 0;
 }
 
-static bool must_refine(const struct rt_batch *batch, const struct grid *grid, uint32_t fragment)
+/* Brings the place of a neighbour in the tile. False: it is outside. */
+static bool find_neighbour(int x, int y, int number, int at[2])
 {
     static const int ways[NEIGHBOURS][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
-    const struct rt_fragment *own = &batch->fragments[fragment];
-    if (!own->is_opaque || own->sample_count < 2)
-        return false;
-    for (int i = 0; i < NEIGHBOURS; i++) {
-        int x = own->x % GRID_PX + ways[i][0], y = own->y % GRID_PX + ways[i][1];
-        uint32_t pixel = x >= 0 && y >= 0 && x < GRID_PX && y < GRID_PX ? grid->pixel[y][x] : 0;
-        if (pixel && contrast_with(batch, grid, fragment, pixel - 1) > CONTRAST_LEAST)
+    at[0] = x % GRID_PX + ways[number][0];
+    at[1] = y % GRID_PX + ways[number][1];
+    return at[0] >= 0 && at[1] >= 0 && at[0] < GRID_PX && at[1] < GRID_PX;
+}
+
+/* Whether all neighbours are whole, and clearly even with it where they show its mesh: most are. */
+static bool is_amid_even_ones(const struct rt_batch *batch, const struct grid *grid,
+                              const struct rt_whole_pixel *own)
+{
+    for (int i = 0, at[2]; i < NEIGHBOURS; i++) {
+        if (!find_neighbour(own->x, own->y, i, at))
+            continue;
+        if (grid->pixel[at[1]][at[0]])
+            return false;
+        const uint32_t whole = grid->whole[at[1]][at[0]];
+        if (!whole)
+            continue;
+        const struct rt_whole_pixel *other = &batch->wholes->pixels[whole - 1];
+        if (other->mesh == own->mesh && other->is_front == own->is_front &&
+            !is_clearly_even(own->radiance, other->radiance))
+            return false;
+    }
+    return true;
+}
+
+static bool must_refine(const struct rt_batch *batch, const struct grid *grid,
+                        const struct look *own)
+{
+    for (int i = 0, at[2]; i < NEIGHBOURS; i++) {
+        if (!find_neighbour(own->x, own->y, i, at))
+            continue;
+        const uint32_t pixel = grid->pixel[at[1]][at[0]], whole = grid->whole[at[1]][at[0]];
+        if (pixel && contrast_with(batch, grid, own, pixel - 1) > CONTRAST_LEAST)
+            return true;
+        if (!whole)
+            continue;
+        const struct look other = look_of_whole(&batch->wholes->pixels[whole - 1]);
+        if (are_alike(own, &other) && contrast(own, &other) > CONTRAST_LEAST)
             return true;
     }
     return false;
+}
+
+static bool must_refine_fragment(const struct rt_batch *batch, const struct grid *grid,
+                                 uint32_t fragment)
+{
+    const struct rt_fragment *own = &batch->fragments[fragment];
+    const struct look look = look_of_fragment(batch, fragment);
+    return own->is_opaque && own->sample_count >= 2 && must_refine(batch, grid, &look);
 }
 
 /* Gives each sample that ends on the fragment one of its own. */
@@ -112,8 +194,16 @@ bool rt_batch_refine(struct rt_batch *batch)
     bool ok = grid_init(&grid, batch);
     for (size_t p = 0; ok && p < batch->pixel_count; p++)
         for (uint32_t i = grid.firsts[p]; ok && i < grid.firsts[p + 1]; i++)
-            if (must_refine(batch, &grid, i))
+            if (must_refine_fragment(batch, &grid, i))
                 ok = split(batch, i, p * (size_t)batch->desc.samples);
+    for (size_t i = 0; ok && batch->wholes && i < batch->wholes->count; i++) {
+        struct rt_whole_pixel *pixel = &batch->wholes->pixels[i];
+        const struct look own = look_of_whole(pixel);
+        if (pixel->is_open)
+            continue;
+        if (!is_amid_even_ones(batch, &grid, pixel) && must_refine(batch, &grid, &own))
+            ok = rt_wholes_split(batch, pixel);
+    }
     free(grid.firsts);
     if (ok)
         rt_batch_light(batch, lit);

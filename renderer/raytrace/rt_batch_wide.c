@@ -10,6 +10,7 @@
 #include "renderer/raytrace/rt_batch_light.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_wide.h"
+#include "renderer/raytrace/rt_wide_lists.h"
 
 enum {
     GROUPS = 32, /* meshes that gather surfaces at a time */
@@ -193,14 +194,6 @@ static void send(struct wide_lit *w, uint32_t light, bool casts_shadow, uint32_t
     }
 }
 
-static uint32_t lanes_with(const uint32_t is_so[RT_WIDE])
-{
-    uint32_t lanes = 0;
-    for (int i = 0; i < RT_WIDE; i++)
-        lanes |= is_so[i] << i;
-    return lanes;
-}
-
 static void ask_light(struct wide_lit *w, uint32_t light, uint32_t lanes)
 {
     const struct rt_light_record *record = &w->batch->desc.light_set->records[light];
@@ -213,45 +206,14 @@ static void ask_light(struct wide_lit *w, uint32_t light, uint32_t lanes)
         return;
     }
     rt_wide_arrive(record, &w->wide, &w->light);
-    lanes &= lanes_with(w->light.arrives);
+    lanes &= rt_wide_lanes(w->light.arrives);
     if (!lanes)
         return;
     w->batch->lights_reaching += (uint64_t)__builtin_popcount(lanes);
     if (w->batch->desc.haze)
         pass_haze(w, lanes);
     rt_wide_reflect(w->are_alike ? &w->reflectors[0] : NULL, record, &w->wide, &w->light);
-    send(w, light, record->casts_shadow, lanes & lanes_with(w->light.reflects));
-}
-
-static bool is_same_list(const struct rt_light_list *a, const struct rt_light_list *b)
-{
-    return a->cluster == b->cluster || (a->counts[1] == 0 && b->counts[1] == 0);
-}
-
-/* The list of the least pixel and depth of the group, where the largest have the same: all that are
- * between have it, too. */
-static bool have_one_list(const struct wide_lit *w, struct rt_light_list *list)
-{
-    const struct rt_light_set *light_set = w->batch->desc.light_set;
-    const struct rt_fragment *fragments = w->batch->fragments, *f;
-    const double *z = w->wide.view_z;
-    f = &fragments[w->group->fragments[0]];
-    int x[2] = {f->x, f->x}, y[2] = {f->y, f->y};
-    double depth[2] = {z[0], z[0]};
-    for (int i = 0; i < w->group->count; i++) {
-        f = &fragments[w->group->fragments[i]];
-        x[0] = f->x < x[0] ? f->x : x[0];
-        x[1] = f->x > x[1] ? f->x : x[1];
-        y[0] = f->y < y[0] ? f->y : y[0];
-        y[1] = f->y > y[1] ? f->y : y[1];
-        depth[0] = z[i] < depth[0] ? z[i] : depth[0];
-        depth[1] = z[i] > depth[1] ? z[i] : depth[1];
-        if (!isfinite(z[i]))
-            return false;
-    }
-    *list = rt_light_set_near(light_set, x[0], y[0], depth[0]);
-    const struct rt_light_list last = rt_light_set_near(light_set, x[1], y[1], depth[1]);
-    return list->cluster == last.cluster;
+    send(w, light, record->casts_shadow, lanes & rt_wide_lanes(w->light.reflects));
 }
 
 static void ask_list(struct wide_lit *w, const struct rt_light_list *list, uint32_t lanes)
@@ -261,28 +223,20 @@ static void ask_list(struct wide_lit *w, const struct rt_light_list *list, uint3
         ask_light(w, rt_light_list_at(list, i), lanes);
 }
 
-/* Neighbours mostly have one list. */
 static void ask_lights(struct wide_lit *w)
 {
-    const struct rt_light_set *light_set = w->batch->desc.light_set;
+    struct rt_wide_places places = {.count = w->group->count, .view_z = w->wide.view_z};
     struct rt_light_list lists[RT_WIDE];
-    uint32_t left = (1u << w->group->count) - 1, lanes;
-    w->batch->surfaces += (uint64_t)w->group->count;
-    if (have_one_list(w, &lists[0])) {
-        ask_list(w, &lists[0], left);
-        return;
-    }
+    uint32_t lanes[RT_WIDE];
     for (int i = 0; i < w->group->count; i++) {
         const struct rt_fragment *fragment = &w->batch->fragments[w->group->fragments[i]];
-        lists[i] = rt_light_set_near(light_set, fragment->x, fragment->y, w->wide.view_z[i]);
+        places.x[i] = fragment->x;
+        places.y[i] = fragment->y;
     }
-    for (; left; left &= ~lanes) {
-        const struct rt_light_list *list = &lists[__builtin_ctz(left)];
-        lanes = 0;
-        for (int i = 0; i < w->group->count; i++)
-            lanes |= (uint32_t)is_same_list(list, &lists[i]) << i;
-        ask_list(w, list, lanes & left);
-    }
+    int count = rt_wide_lists(w->batch->desc.light_set, &places, lists, lanes);
+    w->batch->surfaces += (uint64_t)w->group->count;
+    for (int i = 0; i < count; i++)
+        ask_list(w, &lists[i], lanes[i]);
 }
 
 static void light_group(struct wide_lit *w, const struct group *group)

@@ -403,3 +403,24 @@ void rt_haze_add_grids(struct rt_lighting *lighting, const struct rt_haze_way *w
     for (size_t i = 0; i < lighting->grids.count; i++)
         add_scatterer(&s, &(struct scatterer){.line = &lighting->grids.lines[i]}, around, radiance);
 }
+
+void rt_haze_add_lamp(struct rt_lighting *lighting, const struct rt_haze_way *way,
+                      const double share[3], size_t light, double radiance[3])
+{
+    const struct state_light *lamp = &lighting->scene->state->lights[light];
+    const struct rt_light_sample sample = {.count = 1};
+    struct stretch s;
+    if (!(way->to > way->from))
+        return;
+    begin(&s, lighting, way, share);
+    const struct lamp_view seen = view_from_lamp(&s, lamp);
+    double offset = offset_of(lighting->seed + (uint32_t)light);
+    int panels = quality_or(lighting->view->quality.samples, SAMPLES_DEFAULT) >= 4 ? 0 : 1;
+    for (int i = 0; i < (panels + 1) * RULE_POINTS; i++) {
+        struct rule_point at = rule_at(panels, offset, i);
+        struct place place = place_lamp(&s, &seen, at.x);
+        if (isfinite(place.at_m) && isfinite(place.per_unit))
+            add_point(&s, &(struct scatterer){.line = NULL}, lamp, &sample, place.at_m,
+                      place.per_unit * at.weight, radiance);
+    }
+}

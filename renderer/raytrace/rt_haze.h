@@ -37,4 +37,10 @@ void rt_haze_pass(struct rt_lighting *lighting, const struct rt_haze_way *way, d
 void rt_haze_add_grids(struct rt_lighting *lighting, const struct rt_haze_way *way,
                        const double share[3], double radiance[3]);
 
+/* Adds what the haze on the stretch scatters of one point or spot light, likewise, by the same rule
+ * in two panels, or in one where a pixel has many samples. The grids on the stretch are left in
+ * lighting->grids. */
+void rt_haze_add_lamp(struct rt_lighting *lighting, const struct rt_haze_way *way,
+                      const double share[3], size_t light, double radiance[3]);
+
 #endif

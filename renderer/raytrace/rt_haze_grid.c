@@ -7,6 +7,7 @@
 
 #include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_haze.h"
+#include "renderer/raytrace/rt_haze_glow.h"
 #include "renderer/raytrace/rt_haze_lights.h"
 #include "renderer/raytrace/rt_packet.h"
 #include "renderer/scene/atmosphere.h"
@@ -85,21 +86,29 @@ static const struct rt_form reach_form = {.worker_bytes = sizeof(struct looker),
 
 /* ---- sums ---- */
 
-/* Each corner has the mean of the four columns around it, whose points lie at the four quarters of
- * a slice. */
-static void sum_corner(const struct rt_haze_grid *grid, size_t column, size_t row)
+/* The points of the four columns lie at the four quarters of a slice. */
+static void sum_corner(const float *lights, const int columns[2], int slices, const int corner[2],
+                       float *sums)
 {
-    const size_t columns = (size_t)grid->size.columns, rows = (size_t)grid->size.rows;
+    const size_t across = (size_t)columns[0], up = (size_t)columns[1];
+    const size_t x = (size_t)corner[0], y = (size_t)corner[1];
     float sum[3] = {0, 0, 0};
-    for (size_t slice = 0; slice < (size_t)grid->size.slices; slice++) {
-        const float *at = grid->lights + 3 * ((slice * rows + row) * columns + column);
-        const float *above = at + 3 * columns;
-        size_t to = 3 * ((slice * (rows - 1) + row) * (columns - 1) + column);
+    for (size_t slice = 0; slice < (size_t)slices; slice++) {
+        const float *at = lights + 3 * ((slice * up + y) * across + x);
+        const float *above = at + 3 * across;
+        size_t to = 3 * ((slice * (up - 1) + y) * (across - 1) + x);
         for (size_t k = 0; k < 3; k++) {
             sum[k] += 0.25f * (at[k] + at[k + 3] + above[k] + above[k + 3]);
-            grid->sums[to + k] = sum[k];
+            sums[to + k] = sum[k];
         }
     }
+}
+
+void rt_haze_sum_up(const float *lights, const int columns[2], int slices, float *sums)
+{
+    for (int y = 0; y + 1 < columns[1]; y++)
+        for (int x = 0; x + 1 < columns[0]; x++)
+            sum_corner(lights, columns, slices, (const int[]){x, y}, sums);
 }
 
 static bool sum_up(struct rt_haze_grid *grid, struct error *err)
@@ -108,9 +117,9 @@ static bool sum_up(struct rt_haze_grid *grid, struct error *err)
     grid->sums = calloc(corners * (size_t)grid->size.slices, ATMOSPHERE_SLICE_BYTES);
     if (!grid->sums)
         return error_set(err, ERROR_NO_MEMORY, "haze in %zu columns", corners);
-    for (size_t row = 0; row + 1 < (size_t)grid->size.rows; row++)
-        for (size_t column = 0; column + 1 < (size_t)grid->size.columns; column++)
-            sum_corner(grid, column, row);
+    rt_haze_sum_up(grid->lights, (const int[]){grid->size.columns, grid->size.rows},
+                   grid->size.slices, grid->sums);
+    rt_haze_glows_sum_up(grid);
     free(grid->lights);
     grid->lights = NULL;
     return true;
@@ -191,6 +200,8 @@ bool rt_haze_grid_init(struct rt_haze_grid *grid, struct rt_job *job,
         atmosphere_grid_of_side(view, &window, choose_side_px(view));
     if (!rt_haze_grid_place(grid, job, &size, err))
         return false;
+    if (!rt_haze_glows_find(grid, err))
+        return false;
     rt_haze_around(job->scene, job->desc->environment, around);
     for (int k = 0; k < 3; k++)
         grid->around[k] = (float)around[k];
@@ -204,6 +215,7 @@ void rt_haze_grid_finish(struct rt_haze_grid *grid)
     free(grid->reaches);
     free(grid->lights);
     free(grid->sums);
+    rt_haze_glows_finish(grid);
     *grid = (struct rt_haze_grid){0};
 }
 
@@ -240,24 +252,21 @@ static double part_of_slice(const struct rt_haze_sight *sight, int slice, double
     return all > 0 ? expm1(-own) / expm1(-all) : 0;
 }
 
-/* From the eye to a depth: between four corners, and between the ends of a slice. */
-static void find_scattered(const struct rt_haze_sight *sight, double z, double out[3])
+void rt_haze_sums_find(const struct rt_haze_sums *sums, const struct rt_haze_sight *sight, double z,
+                       double out[3])
 {
     const struct rt_haze_grid *grid = sight->grid;
-    const struct atmosphere_grid *size = &grid->size;
-    out[0] = out[1] = out[2] = 0;
-    if (!grid->sums)
-        return;
-    int corners[2] = {size->columns - 1, size->rows - 1}, low[2];
+    const int *corners = sums->corners;
+    int low[2];
     double f[2];
-    const int first[2] = {size->first_x, size->first_y};
     for (int i = 0; i < 2; i++) {
-        double place = fmax(sight->place[i] / size->side_px - (first[i] + 1), 0);
+        double place = fmax(sight->place[i] / grid->size.side_px - (sums->first[i] + 1), 0);
         low[i] = place < corners[i] - 1 ? (int)place : corners[i] - 1;
         f[i] = fmin(place - low[i], 1);
     }
-    int slice = atmosphere_slice(&grid->slices, size->slices, z);
+    int slice = atmosphere_slice(&grid->slices, grid->size.slices, z);
     double part = fmin(fmax(part_of_slice(sight, slice, z), 0), 1);
+    out[0] = out[1] = out[2] = 0;
     for (int corner = 0; corner < 4; corner++) {
         int side[2] = {corner & 1, corner >> 1}, own[2];
         for (int i = 0; i < 2; i++)
@@ -266,11 +275,24 @@ static void find_scattered(const struct rt_haze_sight *sight, double z, double o
         size_t layer = (size_t)corners[0] * (size_t)corners[1];
         size_t at = (size_t)slice * layer + (size_t)own[1] * (size_t)corners[0] + (size_t)own[0];
         for (size_t k = 0; k < 3; k++) {
-            double end = (double)grid->sums[3 * at + k];
-            double begin = slice ? (double)grid->sums[3 * (at - layer) + k] : 0;
+            double end = (double)sums->sums[3 * at + k];
+            double begin = slice ? (double)sums->sums[3 * (at - layer) + k] : 0;
             out[k] += weight * (begin + part * (end - begin));
         }
     }
+}
+
+static void find_scattered(const struct rt_haze_sight *sight, double z, double out[3])
+{
+    const struct rt_haze_grid *grid = sight->grid;
+    const struct atmosphere_grid *size = &grid->size;
+    const struct rt_haze_sums sums = {
+        grid->sums, {size->columns - 1, size->rows - 1}, {size->first_x, size->first_y}};
+    out[0] = out[1] = out[2] = 0;
+    if (!grid->sums)
+        return;
+    rt_haze_sums_find(&sums, sight, z, out);
+    rt_haze_glows_leave(sight, z, out);
 }
 
 void rt_haze_sight_begin(struct rt_haze_sight *sight, const struct rt_haze_grid *grid,

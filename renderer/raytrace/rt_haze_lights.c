@@ -6,6 +6,7 @@
 
 #include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_haze.h"
+#include "renderer/raytrace/rt_haze_glow.h"
 #include "renderer/raytrace/rt_shadow_rays.h"
 #include "renderer/scene/atmosphere.h"
 
@@ -224,9 +225,12 @@ static void add(struct worker *worker, const struct waiting *to, uint32_t light,
                 const double passed[3])
 {
     const float *color = worker->light_set->records[light].color;
-    for (size_t k = 0; k < 3; k++)
-        worker->grid->lights[3 * to->slice + k] +=
-            (float)(to->weight * passed[k] * (double)color[k]);
+    float added[3];
+    for (size_t k = 0; k < 3; k++) {
+        added[k] = (float)(to->weight * passed[k] * (double)color[k]);
+        worker->grid->lights[3 * to->slice + k] += added[k];
+    }
+    rt_haze_glows_take(worker->grid, light, to->slice, added);
 }
 
 static void trace_waiting(struct worker *worker)

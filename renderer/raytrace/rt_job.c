@@ -145,11 +145,17 @@ PROCESSOR_FORMS static void find_ways(const struct camera *camera, const int siz
     }
 }
 
+void rt_job_camera_ways(const struct rt_job *job, const struct rt_camera_places *places,
+                        double ways[3][RT_CAMERA_RAYS])
+{
+    find_ways(job->desc->camera,
+              (const int[2]){job->desc->view->width_px, job->desc->view->height_px}, places, ways);
+}
+
 void rt_job_camera_rays(const struct rt_job *job, const struct rt_camera_places *places, int count,
                         struct rt_ray *rays)
 {
     const struct camera *camera = job->desc->camera;
-    const int size[2] = {job->desc->view->width_px, job->desc->view->height_px};
     _Alignas(64) double ways[3][RT_CAMERA_RAYS];
     struct rt_ray first;
     if (camera->is_orthographic) {
@@ -158,7 +164,7 @@ void rt_job_camera_rays(const struct rt_job *job, const struct rt_camera_places 
         return;
     }
     rt_job_camera_ray(job, places->x[0], places->y[0], &first);
-    find_ways(camera, size, places, ways);
+    rt_job_camera_ways(job, places, ways);
     for (int i = 0; i < count; i++) {
         rays[i] = first;
         for (int k = 0; k < 3; k++)

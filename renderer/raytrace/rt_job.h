@@ -54,6 +54,13 @@ MUST_CHECK bool rt_job_run(struct rt_job *job, const struct rt_form *form, struc
 MUST_CHECK bool rt_job_take_scene(const struct raytrace_desc *desc, struct rt_scene *own,
                                   struct rt_scene **scene, bool *is_reused, struct error *err);
 
+static inline bool rt_job_has_pixel(const struct rt_job *job, int x, int y)
+{
+    const struct view_tile *tile = &job->tile;
+    return x >= tile->x_px && y >= tile->y_px && x < tile->x_px + tile->width_px &&
+           y < tile->y_px + tile->height_px;
+}
+
 /* Where the image has a pixel of the picture; it is in the tile. */
 static inline float *rt_job_pixel(const struct rt_job *job, int x, int y)
 {
@@ -71,6 +78,11 @@ struct rt_camera_places {
 };
 void rt_job_camera_rays(const struct rt_job *job, const struct rt_camera_places *places, int count,
                         struct rt_ray *rays);
+
+/* Only their directions, of a perspective camera: all else they have alike is that of
+ * rt_job_camera_ray. */
+void rt_job_camera_ways(const struct rt_job *job, const struct rt_camera_places *places,
+                        double ways[3][RT_CAMERA_RAYS]);
 
 /* Seed of the sequences on area lights: different for neighbouring pixels and samples, the same in
  * every run. */

@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/base/processor_forms.h"
+
 struct packet_context { /* Embree hands its first member to filters */
     struct embree_context embree;
     struct rt_packet *packet;
@@ -98,12 +100,14 @@ static bool filter_lane(struct rt_packet *packet, const struct RTCFilterFunction
                        packet_word(args->hit, args->N, RT_HIT_INSTANCE, i)),
         packet_word(args->hit, args->N, RT_HIT_TRIANGLE, i)};
     const struct rt_mesh *mesh = &packet->scene->meshes[candidate.mesh];
+    packet->used |= 1u << lane;
     if (mesh->class_ == STATE_TRANSPARENT && put_aside(packet, lane, &candidate))
         return false;
-    if (mesh->class_ == STATE_OPAQUE && is_plain_end(packet, args, i, &packet->rays[lane], mesh))
+    if (mesh->class_ == STATE_OPAQUE &&
+        is_plain_end(packet, args, i, rt_packet_ray(packet, (int)lane), mesh))
         return true;
-    return rt_scene_add_hit(packet->scene, &packet->rays[lane], candidate.mesh, candidate.triangle,
-                            &packet->hits[lane]);
+    return rt_scene_add_hit(packet->scene, rt_packet_ray(packet, (int)lane), candidate.mesh,
+                            candidate.triangle, &packet->hits[lane]);
 }
 
 /* 1 << lane of those that a call is about, mostly few: found without a branch for each. */
@@ -207,6 +211,43 @@ static void fill(const struct rt_packet *packet, unsigned first, double slack)
         query->valid[i] = i < count ? -1 : 0;
 }
 
+INSIDE_FORMS void narrow_lanes(const struct rt_wide_rays *rays, unsigned first, unsigned width,
+                               double slack, float *floats)
+{
+    const double sooner = 1 - slack, later = 1 + slack;
+    for (unsigned k = 0; k < 3; k++) {
+        for (unsigned i = 0; i < width; i++)
+            floats[(RT_RAY_ORIGIN + k) * width + i] = (float)rays->origin[k][first + i];
+        for (unsigned i = 0; i < width; i++)
+            floats[(RT_RAY_DIRECTION + k) * width + i] = (float)rays->direction[k][first + i];
+    }
+    for (unsigned i = 0; i < width; i++) {
+        double t_max = rays->t_max[first + i];
+        float end = (float)(t_max * later);
+        floats[RT_RAY_TNEAR * width + i] = (float)(rays->t_min[first + i] * sooner);
+        floats[RT_RAY_TFAR * width + i] = t_max < (double)FLT_MAX ? end : FLT_MAX;
+    }
+}
+
+PROCESSOR_FORMS static void narrow_rays(const struct rt_wide_rays *restrict rays, unsigned first,
+                                        unsigned width, double slack, float *restrict floats)
+{
+    if (width == RT_LANES) /* constants are worth it */
+        narrow_lanes(rays, first, RT_LANES, slack, floats);
+    else
+        narrow_lanes(rays, first, 8, slack, floats);
+}
+
+/* The same of rays that lie side by side. lanes: those to trace. */
+static void fill_wide(const struct rt_packet *packet, const struct rt_wide_rays *rays,
+                      unsigned first, uint32_t lanes, double slack)
+{
+    struct rt_query *query = packet->query;
+    narrow_rays(rays, first, query->width, slack, query->floats);
+    for (unsigned i = 0; i < RT_LANES; i++)
+        query->valid[i] = lanes >> first >> i & 1 ? -1 : 0;
+}
+
 static struct RTCRay lane_ray(const struct rt_query *query, unsigned lane)
 {
     const float *at = query->floats + lane;
@@ -223,13 +264,17 @@ static struct RTCRay lane_ray(const struct rt_query *query, unsigned lane)
                            .id = lane};
 }
 
+enum { WARY_RAYS = 128 };
+
 static void forget_hits(struct rt_packet *packet)
 {
-    for (int i = 0; i < packet->count; i++) {
+    for (uint32_t lanes = packet->used; lanes; lanes &= lanes - 1) {
+        int i = __builtin_ctz(lanes);
         packet->hits[i].count = 0;
         packet->hits[i].has_overflowed = false;
         packet->waiting_counts[i] = 0;
     }
+    packet->used = packet->ended = 0;
 }
 
 /* Adds what waits on a ray, but for what lies behind its end at t in f32. */
@@ -239,7 +284,7 @@ static void add_waiting(struct rt_packet *packet, int lane, float end)
     for (int i = 0; i < packet->waiting_counts[lane]; i++) {
         const struct rt_candidate *candidate = &packet->waiting[lane][i];
         if (candidate->t <= beyond)
-            rt_scene_add_hit(packet->scene, &packet->rays[lane], candidate->mesh,
+            rt_scene_add_hit(packet->scene, rt_packet_ray(packet, lane), candidate->mesh,
                              candidate->triangle, &packet->hits[lane]);
     }
 }
@@ -257,9 +302,11 @@ static bool finish_ray(struct rt_packet *packet, int lane)
 {
     struct rt_hits *hits = &packet->hits[lane];
     const struct rt_candidate *end = &packet->ends[lane];
-    bool is_ended =
-        end->mesh == RTC_INVALID_GEOMETRY_ID || is_kept(hits, end->mesh, end->triangle) ||
-        rt_scene_add_hit(packet->scene, &packet->rays[lane], end->mesh, end->triangle, hits);
+    packet->used |= 1u << lane;
+    bool is_ended = end->mesh == RTC_INVALID_GEOMETRY_ID ||
+                    is_kept(hits, end->mesh, end->triangle) ||
+                    rt_scene_add_hit(packet->scene, rt_packet_ray(packet, lane), end->mesh,
+                                     end->triangle, hits);
     if (!is_ended)
         return false;
     add_waiting(packet, lane, end->t);
@@ -267,13 +314,19 @@ static bool finish_ray(struct rt_packet *packet, int lane)
     return true;
 }
 
+/* Neighbours mostly end on one triangle. */
 static void prefetch(const struct rt_packet *packet)
 {
     for (int step = 0; step < 2; step++) {
-        for (int i = 0; i < packet->count; i++) {
+        uint32_t mesh = RTC_INVALID_GEOMETRY_ID, triangle = 0;
+        for (uint32_t lanes = packet->used | packet->ended; lanes; lanes &= lanes - 1) {
+            int i = __builtin_ctz(lanes);
             const struct rt_candidate *end = &packet->ends[i];
-            if (end->mesh != RTC_INVALID_GEOMETRY_ID)
-                rt_scene_prefetch(packet->scene, end->mesh, end->triangle, step);
+            if ((packet->ended >> i & 1) && (end->mesh != mesh || end->triangle != triangle)) {
+                mesh = end->mesh;
+                triangle = end->triangle;
+                rt_scene_prefetch(packet->scene, mesh, triangle, step);
+            }
             for (int k = 0; step == 1 && k < packet->waiting_counts[i]; k++)
                 rt_scene_prefetch(packet->scene, packet->waiting[i][k].mesh,
                                   packet->waiting[i][k].triangle, step);
@@ -306,14 +359,20 @@ static void intersect_lanes(struct rt_packet *packet, struct packet_context *con
         instances[i] = one.hit.instID[0];
         triangles[i] = one.hit.primID;
     }
-    for (unsigned i = 0; i < count; i++)
+    uint32_t ended = 0;
+    for (unsigned i = 0; i < count; i++) {
         packet->ends[context->first + i] =
             (struct rt_candidate){.t = ends[i],
                                   .mesh = rt_mesh_of_hit(meshes[i], instances[i]),
                                   .triangle = triangles[i]};
+        ended |= (uint32_t)(meshes[i] != RTC_INVALID_GEOMETRY_ID) << i;
+    }
+    packet->ended |= ended << context->first;
 }
 
-static void intersect(struct rt_packet *packet, bool is_filtering_all)
+/* rays: side by side, or NULL: those of the packet. */
+static void intersect(struct rt_packet *packet, const struct rt_wide_rays *rays,
+                      bool is_filtering_all)
 {
     struct packet_context context = {.packet = packet};
     const unsigned width = packet->query->width, count = (unsigned)packet->count;
@@ -323,7 +382,10 @@ static void intersect(struct rt_packet *packet, bool is_filtering_all)
         context.embree.filter = filter_lanes;
     forget_hits(packet);
     for (; context.first < count; context.first += width) {
-        fill(packet, context.first, 1e-4);
+        if (rays)
+            fill_wide(packet, rays, context.first, (1u << count) - 1, 1e-4);
+        else
+            fill(packet, context.first, 1e-4);
         for (unsigned i = 0; is_filtering_all && i < width; i++)
             packet->query->floats[RT_RAY_TNEAR * width + i] = 0;
         unsigned rest = count - context.first;
@@ -336,9 +398,9 @@ static void intersect(struct rt_packet *packet, bool is_filtering_all)
  * behind. Where one does, it is traced again and neighbouring packets look at each hit. */
 void rt_packet_collect(struct rt_packet *packet)
 {
-    enum { WARY_RAYS = 128 };
     bool is_filtering_all = filters_all(packet), has_passed = false;
-    intersect(packet, is_filtering_all);
+    packet->made = UINT32_MAX;
+    intersect(packet, NULL, is_filtering_all);
     packet->wary -= packet->wary < packet->count ? packet->wary : packet->count;
     for (int i = 0; i < packet->count; i++) {
         if (finish_ray(packet, i))
@@ -348,6 +410,26 @@ void rt_packet_collect(struct rt_packet *packet)
     }
     if (has_passed && !is_filtering_all)
         packet->wary = WARY_RAYS;
+}
+
+bool rt_packet_is_wary(const struct rt_packet *packet)
+{
+    return filters_all(packet);
+}
+
+void rt_packet_seek(struct rt_packet *packet, const struct rt_wide_rays *rays)
+{
+    packet->made = 0;
+    intersect(packet, rays, false);
+}
+
+void rt_packet_collect_one(struct rt_packet *packet, int lane)
+{
+    const struct rt_ray *ray = rt_packet_ray(packet, lane);
+    if (finish_ray(packet, lane))
+        return;
+    rt_scene_collect(packet->scene, ray, &packet->hits[lane]);
+    packet->wary = WARY_RAYS;
 }
 
 static void occlude_lanes(struct rt_packet *packet, struct packet_context *context, unsigned count)
@@ -360,6 +442,8 @@ static void occlude_lanes(struct rt_packet *packet, struct packet_context *conte
     else if (packet->scene->lanes == 8)
         embree_occluded8(query->valid, packet->scene->scene, &context->embree, &query->eight.ray);
     for (unsigned i = 0; packet->scene->lanes == 1 && i < count; i++) {
+        if (!query->valid[i])
+            continue;
         struct RTCRay one = lane_ray(query, i);
         embree_occluded1(packet->scene->scene, &context->embree, &one);
         ends[i] = one.tfar;
@@ -368,7 +452,8 @@ static void occlude_lanes(struct rt_packet *packet, struct packet_context *conte
         packet->is_occluded[context->first + i] = ends[i] < 0; /* -inf, says Embree */
 }
 
-void rt_packet_occlude(struct rt_packet *packet)
+/* rays, lanes: side by side; NULL: those of the packet, all of them. */
+static void occlude(struct rt_packet *packet, const struct rt_wide_rays *rays, uint32_t lanes)
 {
     struct packet_context context = {.packet = packet};
     const unsigned width = packet->query->width, count = (unsigned)packet->count;
@@ -379,13 +464,38 @@ void rt_packet_occlude(struct rt_packet *packet)
     forget_hits(packet);
     for (; context.first < count; context.first += width) {
         unsigned rest = count - context.first;
-        fill(packet, context.first, 0);
+        if (rays && !(lanes >> context.first & ((1u << width) - 1)))
+            continue;
+        if (rays)
+            fill_wide(packet, rays, context.first, lanes, 0);
+        else
+            fill(packet, context.first, 0);
         occlude_lanes(packet, &context, rest < width ? rest : width);
     }
-    for (int i = 0; i < packet->count; i++) {
-        if (packet->is_occluded[i])
-            continue;
-        add_waiting(packet, i, INFINITY);
-        rt_scene_order_hits(packet->scene, &packet->hits[i]);
-    }
+}
+
+static void collect_filters(struct rt_packet *packet, int lane)
+{
+    add_waiting(packet, lane, INFINITY);
+    rt_scene_order_hits(packet->scene, &packet->hits[lane]);
+}
+
+void rt_packet_occlude(struct rt_packet *packet)
+{
+    packet->made = UINT32_MAX;
+    occlude(packet, NULL, 0);
+    for (int i = 0; i < packet->count; i++)
+        if (!packet->is_occluded[i])
+            collect_filters(packet, i);
+}
+
+uint32_t rt_packet_pass(struct rt_packet *packet, const struct rt_wide_rays *rays, uint32_t lanes)
+{
+    packet->made = 0;
+    occlude(packet, rays, lanes);
+    for (int i = 0; i < packet->count; i++)
+        lanes &= ~((uint32_t)packet->is_occluded[i] << i);
+    for (uint32_t left = lanes & packet->used; left; left &= left - 1)
+        collect_filters(packet, __builtin_ctz(left));
+    return lanes;
 }

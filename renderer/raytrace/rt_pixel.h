@@ -28,6 +28,17 @@ static inline bool rt_pixel_are_all(const double values[3], double value)
     return values[0] == value && values[1] == value && values[2] == value;
 }
 
+/* A transparent layer before those that follow. layers, through: as of rt_pixel_end_sample, from
+ * zero and one on. */
+static inline void rt_pixel_add_layer(const double radiance[3], double alpha,
+                                      const double filter[3], double layers[3], double through[3])
+{
+    for (int k = 0; k < 3; k++) {
+        layers[k] += through[k] * alpha * radiance[k];
+        through[k] *= filter[k];
+    }
+}
+
 /* Ends a sample: its layers have added `layers`, and `through` is how much of `behind` is seen. */
 static inline void rt_pixel_end_sample(struct rt_pixel *pixel, const double layers[3],
                                        const double through[3], const double behind[4])

@@ -11,7 +11,7 @@
 
 bool rt_hits_init(struct rt_hits *hits, struct error *err)
 {
-    *hits = (struct rt_hits){.hits = calloc(RT_HITS_MAX + 1, sizeof *hits->hits)};
+    *hits = (struct rt_hits){.hits = malloc((RT_HITS_MAX + 1) * sizeof *hits->hits)};
     return hits->hits || error_set(err, ERROR_NO_MEMORY, "hits of a ray");
 }
 

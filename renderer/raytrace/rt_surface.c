@@ -6,6 +6,7 @@
 #include "renderer/raytrace/rt_film.h"
 #include "renderer/raytrace/rt_lobes.h"
 #include "renderer/raytrace/rt_math.h"
+#include "renderer/scene/blend_law.h"
 
 static double clamp01(double x)
 {
@@ -516,10 +517,8 @@ void rt_surface_light_filter(const struct rt_surface *s, double cosine, bool ent
     for (int k = 0; k < 3 && m->alpha_mode == SCENE_BLEND; k++) {
         if (m->transmission > 0)
             filter[k] = 1 - a * (1 - filter[k]);
-        else if (blend == VIEW_BLEND_TINT)
-            filter[k] = (1 - a) * (1 - a * (1 - s->base[k]));
         else
-            filter[k] = (1 - a) * (blend == VIEW_BLEND_KIM ? s->base[k] : 1);
+            filter[k] = blend_law_filter(blend, a, s->base[k]);
     }
     apply_angle(s, cosine, filter);
 }

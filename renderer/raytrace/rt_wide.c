@@ -3,6 +3,8 @@
  * branches: what holds for one lane only is chosen afterwards. */
 #include "renderer/raytrace/rt_wide.h"
 
+#include <float.h>
+
 #include "renderer/base/processor_forms.h"
 #include "renderer/raytrace/rt_math.h"
 
@@ -38,7 +40,7 @@ INSIDE_FORMS void load(const double lanes[3][RT_WIDE], int i, double out[3])
 }
 
 /* As rt_scene_normal. */
-INSIDE_FORMS void find_geometric(const double v[3][3], bool is_mirrored, double normal[3])
+INSIDE_FORMS void find_geometric(const double v[3][3], double turn, double normal[3])
 {
     double e1[3], e2[3];
     for (int k = 0; k < 3; k++) {
@@ -50,7 +52,7 @@ INSIDE_FORMS void find_geometric(const double v[3][3], bool is_mirrored, double 
         normal[k] = e1[a] * e2[b] - e1[b] * e2[a];
     }
     double length = sqrt(dot(normal, normal));
-    double inverse = (is_mirrored ? -1. : 1.) / length, scale = length > 0 ? inverse : 0;
+    double inverse = turn / length, scale = length > 0 ? inverse : 0;
     for (int k = 0; k < 3; k++)
         normal[k] *= scale;
 }
@@ -110,12 +112,13 @@ INSIDE_FORMS void store(const double from[3], int i, double lanes[3][RT_WIDE])
         lanes[k][i] = from[k];
 }
 
+/* is_one: all counts are 1, which divide nothing. */
 INSIDE_FORMS void place_lane(const struct rt_wide_mesh *mesh, struct rt_wide *wide, int i,
-                             bool is_smoothed)
+                             bool is_smoothed, bool is_one)
 {
     double corners[3][3], vertices[3][3], middle[3], view[3], relative[3];
     double geometric[3], normal[3], start[3], offset[3];
-    const double count = wide->count[i], side = wide->side[i];
+    const double count = is_one ? 1 : wide->count[i], side = wide->side[i];
     const double u = wide->u[i] / count, v = wide->v[i] / count, weights[3] = {1 - u - v, u, v};
     for (int c = 0; c < 3; c++)
         for (int k = 0; k < 3; k++) {
@@ -128,7 +131,7 @@ INSIDE_FORMS void place_lane(const struct rt_wide_mesh *mesh, struct rt_wide *wi
         relative[k] = middle[k] + mesh->origin[k] - mesh->eye[k];
     }
     normalize(view);
-    find_geometric(corners, mesh->is_mirrored, geometric);
+    find_geometric(corners, mesh->is_mirrored ? -1 : 1, geometric);
     find_normal(mesh, vertices, weights, side, geometric, normal);
     for (int k = 0; k < 3; k++) {
         start[k] = middle[k];
@@ -146,15 +149,42 @@ INSIDE_FORMS void place_lane(const struct rt_wide_mesh *mesh, struct rt_wide *wi
     store(offset, i, wide->offset);
 }
 
+INSIDE_FORMS bool are_one(const double counts[RT_WIDE])
+{
+    uint32_t others = 0;
+    for (int i = 0; i < RT_WIDE; i++)
+        others |= counts[i] != 1;
+    return !others;
+}
+
 PROCESSOR_FORMS void rt_wide_place(const struct rt_wide_mesh *mesh, struct rt_wide *wide)
 {
     const struct rt_wide_mesh own = *mesh; /* nothing stored below is of it */
-    if (own.is_smoothed)
+    const bool is_one = are_one(wide->count);
+    if (own.is_smoothed && is_one)
         for (int i = 0; i < RT_WIDE; i++)
-            place_lane(&own, wide, i, true);
+            place_lane(&own, wide, i, true, true);
+    else if (own.is_smoothed)
+        for (int i = 0; i < RT_WIDE; i++)
+            place_lane(&own, wide, i, true, false);
+    else if (is_one)
+        for (int i = 0; i < RT_WIDE; i++)
+            place_lane(&own, wide, i, false, true);
     else
         for (int i = 0; i < RT_WIDE; i++)
-            place_lane(&own, wide, i, false);
+            place_lane(&own, wide, i, false, false);
+}
+
+PROCESSOR_FORMS bool rt_wide_is_flat(const struct rt_wide *wide, int count)
+{
+    uint32_t differs[RT_WIDE] = {0}, any = 0;
+    for (int c = 1; c < 3; c++)
+        for (int k = 0; k < 3; k++)
+            for (int i = 0; i < RT_WIDE; i++)
+                differs[i] |= wide->normals[c][k][i] != wide->normals[0][k][i];
+    for (int i = 0; i < RT_WIDE; i++)
+        any |= i < count ? differs[i] : 0;
+    return !any;
 }
 
 PROCESSOR_FORMS void rt_wide_look(const struct rt_reflector *reflector, struct rt_wide *wide)
@@ -312,4 +342,89 @@ PROCESSOR_FORMS void rt_wide_reflect(const struct rt_reflector *reflector,
     }
     for (int i = 0; i < RT_WIDE; i++)
         reflect_lane(&paint, color, wide, light, i);
+}
+
+INSIDE_FORMS void cross(const double a[3], const double b[3], double out[3])
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* As refine_hit of rt_scene.c. */
+INSIDE_FORMS void meet_lane(const struct rt_wide_rays *rays, struct rt_wide_hits *hits, int i,
+                            bool has_normals)
+{
+    double v[3][3], origin[3], direction[3], e1[3], e2[3], across[3], from[3], q[3];
+    load(rays->origin, i, origin);
+    load(rays->direction, i, direction);
+    for (int c = 0; c < 3; c++)
+        load((const double(*)[RT_WIDE])hits->corners[c], i, v[c]);
+    for (int k = 0; k < 3; k++) {
+        e1[k] = v[1][k] - v[0][k];
+        e2[k] = v[2][k] - v[0][k];
+        from[k] = origin[k] - v[0][k];
+    }
+    cross(direction, e2, across);
+    cross(from, e1, q);
+    const double det = dot(e1, across), inverse = 1 / det, t = dot(e2, q) * inverse;
+    hits->t[i] = t;
+    hits->u[i] = dot(from, across) * inverse;
+    hits->v[i] = dot(direction, q) * inverse;
+    hits->is_front[i] = det * hits->turn[i] > 0;
+    hits->is_met[i] =
+        (fabs(det) > DBL_MIN) & !(t <= 0) & !(t >= rays->t_max[i]) & !(t <= rays->t_min[i]);
+    for (int k = 0; k < 3; k++)
+        hits->point[k][i] = origin[k] + direction[k] * t;
+    if (!has_normals)
+        return;
+    double normal[3];
+    find_geometric((const double(*)[3])v, hits->turn[i], normal);
+    store(normal, i, hits->normal);
+}
+
+PROCESSOR_FORMS void rt_wide_meet(const struct rt_wide_rays *restrict rays,
+                                  struct rt_wide_hits *restrict hits, bool has_normals)
+{
+    if (has_normals)
+        for (int i = 0; i < RT_WIDE; i++)
+            meet_lane(rays, hits, i, true);
+    else
+        for (int i = 0; i < RT_WIDE; i++)
+            meet_lane(rays, hits, i, false);
+}
+
+PROCESSOR_FORMS void rt_wide_leave(const struct rt_wide_way *way,
+                                   const struct rt_wide *restrict wide,
+                                   const struct rt_wide_light *restrict light,
+                                   struct rt_wide_rays *restrict rays)
+{
+    const struct rt_wide_way own = *way;
+    for (int i = 0; i < RT_WIDE; i++) {
+        double offset[3], direction[3], distance = (double)light->distance_m[i];
+        load((const double(*)[RT_WIDE])wide->offset, i, offset);
+        for (int k = 0; k < 3; k++)
+            rays->direction[k][i] = direction[k] = (double)light->direction[k][i];
+        double side = dot(offset, direction) < 0 ? -1 : 1;
+        for (int k = 0; k < 3; k++)
+            rays->origin[k][i] = wide->start[k][i] + side * offset[k];
+        bool is_near = distance < INFINITY;
+        double t_max = is_near ? distance * (1 - 1e-9) : own.size_m;
+        double t_min = own.epsilon * rt_min(t_max, own.size_m);
+        double before = rt_max(t_max - 8 * own.nudge_m, t_min);
+        rays->t_min[i] = t_min;
+        rays->t_max[i] = is_near ? before : t_max;
+    }
+}
+
+PROCESSOR_FORMS void rt_wide_add(const struct rt_wide_light *restrict light,
+                                 const uint32_t reaches[restrict RT_WIDE],
+                                 double (*restrict passes)[RT_WIDE],
+                                 double (*restrict radiance)[RT_WIDE])
+{
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < RT_WIDE; i++) {
+            double sum = radiance[k][i] + (double)light->weight[k][i] * passes[k][i];
+            radiance[k][i] = reaches[i] ? sum : radiance[k][i];
+        }
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Sixteen surfaces of one mesh side by side, without lobes over the base's: normals, starts of
- * shadow rays, light that arrives, and what is reflected of it. All of it is
- * computed in the order of the scalar form (rt_scene_normal, rt_surface_evaluate,
+/* Sixteen surfaces of one mesh side by side, without lobes over the base's: where rays meet them,
+ * normals, starts of shadow rays, light that arrives, and what is reflected of it. All of it is
+ * computed in the order of the scalar form (rt_scene_add_hit, rt_scene_normal, rt_surface_evaluate,
  * rt_terminator_find, rt_light_set_arrive, rt_reflect) and has its bits, whatever the other lanes
  * hold and however many of them a processor takes at a time. Thread: any. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_WIDE_H
@@ -39,6 +39,22 @@ struct rt_wide {
     double specular[3][RT_WIDE], specular_edge[3][RT_WIDE];
 };
 
+/* Sixteen rays side by side; members are those of struct rt_ray. */
+struct rt_wide_rays {
+    _Alignas(64) double origin[3][RT_WIDE], direction[3][RT_WIDE];
+    double t_min[RT_WIDE], t_max[RT_WIDE];
+};
+
+/* Where each of the rays meets a triangle of its own. */
+struct rt_wide_hits {
+    _Alignas(64) double corners[3][3][RT_WIDE]; /* set by the caller; relative to rt_scene.origin */
+    double turn[RT_WIDE];                       /* likewise; -1: of a mirrored mesh, else 1 */
+    double t[RT_WIDE], u[RT_WIDE], v[RT_WIDE], point[3][RT_WIDE];
+    double normal[3][RT_WIDE]; /* rt_scene_normal's; where the caller asks for it */
+    uint32_t is_front[RT_WIDE];
+    uint32_t is_met[RT_WIDE]; /* within the ray's range, and not edge on */
+};
+
 /* Light of one lamp on its way to the sixteen. */
 struct rt_wide_light {
     _Alignas(64) float direction[3][RT_WIDE], distance_m[RT_WIDE]; /* rt_light_set_arrive's */
@@ -47,6 +63,9 @@ struct rt_wide_light {
     float weight[3][RT_WIDE]; /* rt_ray_job's, of those that reflect some */
     uint32_t reflects[RT_WIDE];
 };
+
+/* Whether the vertices of each of the first triangles have one normal. */
+bool rt_wide_is_flat(const struct rt_wide *wide, int count);
 
 /* Points, views and normals, and where shadow rays begin. */
 void rt_wide_place(const struct rt_wide_mesh *mesh, struct rt_wide *wide);
@@ -66,5 +85,20 @@ void rt_wide_arrive(const struct rt_light_record *record, const struct rt_wide *
  * NULL: each lane has its own. */
 void rt_wide_reflect(const struct rt_reflector *reflector, const struct rt_light_record *record,
                      const struct rt_wide *wide, struct rt_wide_light *light);
+
+/* All but corners and turn, as rt_scene_add_hit computes it. */
+void rt_wide_meet(const struct rt_wide_rays *rays, struct rt_wide_hits *hits, bool has_normals);
+
+/* Where shadow rays go, as production has them for one surface (rt_batch_light.c). */
+struct rt_wide_way {
+    double epsilon, size_m, nudge_m; /* rt_scene's */
+};
+void rt_wide_leave(const struct rt_wide_way *way, const struct rt_wide *wide,
+                   const struct rt_wide_light *light, struct rt_wide_rays *rays);
+
+/* Adds the light's weights, times what passes on the way, to the radiance of lanes that it
+ * reaches. Both have three. */
+void rt_wide_add(const struct rt_wide_light *light, const uint32_t reaches[RT_WIDE],
+                 double (*passes)[RT_WIDE], double (*radiance)[RT_WIDE]);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Density grids as shaders read them (shaders/shading/density_grids.glsl): bricks of 8 x 8 x 8
+/* Density grids as shaders read them (shaders/lights/density_grids.glsl): bricks of 8 x 8 x 8
  * cells between centres of voxels, with all 9 x 9 x 9 voxels around, so that a cell is looked up in
  * one brick. Pure functions. Thread: any. */
 #ifndef VITRAIL_RENDERER_SCENE_GRID_TEXELS_H

@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "renderer/image/linear.h"
 
@@ -30,6 +31,25 @@ uint64_t texture_levels_bytes(uint32_t width_px, uint32_t height_px, uint32_t fi
     return bytes;
 }
 
+static uint8_t srgb_from_linear(int i)
+{
+    double linear = (double)i / LINEAR_MAX;
+    double s = linear <= 0.0031308 ? linear * 12.92 : 1.055 * pow(linear, 1 / 2.4) - 0.055;
+    return (uint8_t)(s * 255 + 0.5);
+}
+
+/* The first entry after `from` that is above `shade`: where the curve says, give or take rounding.
+ */
+static int find_end(int shade, int from)
+{
+    int end = (int)(srgb_to_linear((shade + 0.5) / 255) * LINEAR_MAX);
+    while (end > from && srgb_from_linear(end - 1) > shade)
+        end--;
+    while (end <= LINEAR_MAX && srgb_from_linear(end) <= shade)
+        end++;
+    return end;
+}
+
 struct texture_tables *texture_tables_create(struct error *err)
 {
     struct texture_tables *tables = malloc(sizeof *tables);
@@ -39,10 +59,10 @@ struct texture_tables *texture_tables_create(struct error *err)
     }
     for (int i = 0; i < 256; i++)
         tables->linear_from_srgb[i] = (uint16_t)(srgb_to_linear(i / 255.0) * LINEAR_MAX + 0.5);
-    for (int i = 0; i <= LINEAR_MAX; i++) {
-        double linear = (double)i / LINEAR_MAX;
-        double s = linear <= 0.0031308 ? linear * 12.92 : 1.055 * pow(linear, 1 / 2.4) - 0.055;
-        tables->srgb_from_linear[i] = (uint8_t)(s * 255 + 0.5);
+    for (int shade = 0, begin = 0; shade < 256; shade++) {
+        int end = shade < 255 ? find_end(shade, begin) : LINEAR_MAX + 1;
+        memset(tables->srgb_from_linear + begin, shade, (size_t)(end - begin));
+        begin = end;
     }
     return tables;
 }

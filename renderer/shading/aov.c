@@ -8,9 +8,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/shading/atmosphere_light.h"
+#include "renderer/shading/smoke.h"
 #include "shaders/shared/bindings.h"
 
-enum { DEFINES_BYTES = 512 };
+enum { DEFINES_BYTES = 640 };
+static const uint32_t OPTICAL_DEPTH = 1u << VIEW_OUTPUT_OPTICAL_DEPTH;
+static const uint32_t FOLLOW_LISTS = /* outputs that sum or multiply along the lists of layers */
+    1u << VIEW_OUTPUT_TRANSMITTANCE | 1u << VIEW_OUTPUT_OPTICAL_DEPTH;
 
 /* name: of its AT_ define in shaders/shading/aov.comp.glsl. */
 static const struct {
@@ -28,6 +33,7 @@ static const struct {
     [VIEW_OUTPUT_TRANSMITTANCE] = {"TRANSMITTANCE", 3, IMAGE_F32},
     [VIEW_OUTPUT_LIGHTS] = {"LIGHTS", 1, IMAGE_U32},
     [VIEW_OUTPUT_LAYERS] = {"LAYERS", 1, IMAGE_U32},
+    [VIEW_OUTPUT_OPTICAL_DEPTH] = {"OPTICAL_DEPTH", 3, IMAGE_F32},
 };
 
 void aov_shape(enum view_output output, int *channels, enum image_component *component)
@@ -73,12 +79,18 @@ static void describe(const struct window_frame *frame, const struct shade_facts 
                 snprintf(text + used, DEFINES_BYTES - (size_t)used, " AT_%s=%d", kinds[i].name, at);
             at += kinds[i].channels;
         }
-    if (has_media && view->outputs & 1u << VIEW_OUTPUT_TRANSMITTANCE) {
+    if (has_media && view->outputs & FOLLOW_LISTS) {
         if (facts->may_surround)
             used += snprintf(text + used, DEFINES_BYTES - (size_t)used, " MEDIA_SURROUND");
         if (view->clip_plane_count)
             used += snprintf(text + used, DEFINES_BYTES - (size_t)used, " CUT_PLANES=%zu",
                              view->clip_plane_count);
+    }
+    if (view->outputs & OPTICAL_DEPTH) {
+        char grids[SMOKE_DEFINES_BYTES];
+        smoke_defines(frame, grids);
+        used += snprintf(text + used, DEFINES_BYTES - (size_t)used, "%s%s",
+                         view_has_atmosphere(view) ? " HAS_HAZE" : "", grids);
     }
     if (has_lights)
         snprintf(text + used, DEFINES_BYTES - (size_t)used, " HAS_LIGHTS %s", facts->lists);
@@ -121,6 +133,10 @@ static bool run(struct aov *aov, const struct shade_desc *desc, struct error *er
     window_set_samples(frame, program);
     window_bind_targets(frame, program);
     desc->layers->method->bind(desc->layers, program);
+    if (strstr(defines, " HAS_HAZE"))
+        atmosphere_bind_depth(frame, program);
+    if (strstr(defines, " HAS_GRIDS"))
+        smoke_bind_values(frame, program);
     if (strstr(defines, " HAS_LIGHTS"))
         light_lists_bind(desc->lists, program);
     uint64_t pixels = (uint64_t)frame->window.width * (uint64_t)frame->window.height;
@@ -133,7 +149,8 @@ static bool run(struct aov *aov, const struct shade_desc *desc, struct error *er
 }
 
 /* The list is walked for the nearest surface and, twice where a medium may surround the eye, for
- * what it lets through; a linked light list is counted by walking it. */
+ * what it lets through; grids are followed cell by cell; a linked light list is counted by walking
+ * it. */
 static bool check_loops(const struct shade_desc *desc, struct error *err)
 {
     const uint32_t outputs = desc->frame->view->outputs;
@@ -141,17 +158,19 @@ static bool check_loops(const struct shade_desc *desc, struct error *err)
     bool counts_lights = outputs & 1u << VIEW_OUTPUT_LIGHTS && desc->frame->state->light_count &&
                          !light_lists_clusters(desc->lists);
     uint64_t steps = layers->longest;
-    if (outputs & 1u << VIEW_OUTPUT_TRANSMITTANCE)
+    if (outputs & FOLLOW_LISTS)
         steps += loop_steps_of_layers(layers->longest, layers->may_surround);
+    if (outputs & OPTICAL_DEPTH)
+        steps += smoke_loop_steps(desc->frame->state);
     if (counts_lights)
         steps += light_lists_longest(desc->lists);
     if (steps <= LOOP_STEPS_MAX)
         return true;
-    return error_set(err, ERROR_OVER_BUDGET,
-                     "outputs of %llu layers and linked light lists at one pixel take %llu loop "
-                     "steps, limit is %d: ask for fewer outputs, or for clustered light lists",
-                     (unsigned long long)layers->longest, (unsigned long long)steps,
-                     LOOP_STEPS_MAX);
+    return error_set(
+        err, ERROR_OVER_BUDGET,
+        "outputs of %llu layers, density grids and linked light lists at one pixel take %llu loop "
+        "steps, limit is %d: ask for fewer outputs, or for clustered light lists",
+        (unsigned long long)layers->longest, (unsigned long long)steps, LOOP_STEPS_MAX);
 }
 
 /* The pixel of the image where a row of the share begins. */

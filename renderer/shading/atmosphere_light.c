@@ -66,11 +66,10 @@ void atmosphere_find_around(const struct window_frame *frame, float around[3])
     }
 }
 
-static void set_haze(const struct window_frame *frame, const struct gl_program *program)
+void atmosphere_bind_depth(const struct window_frame *frame, const struct gl_program *program)
 {
     const struct view_atmosphere *air = &frame->view->atmosphere;
     double axes[3][3], rate = air->falloff_m > 0 ? 1 / air->falloff_m : 0;
-    float ambient[3];
     camera_axes(frame->camera, axes);
     gl_program_set_f4(program, "u_atmosphere",
                       (const float[4]){(float)air->density_per_m, (float)rate,
@@ -78,6 +77,12 @@ static void set_haze(const struct window_frame *frame, const struct gl_program *
                                        (float)air->anisotropy});
     gl_program_set_f3(program, "u_atmosphere_up",
                       (const float[3]){(float)axes[0][1], (float)axes[1][1], (float)axes[2][1]});
+}
+
+static void set_scattering(const struct window_frame *frame, const struct gl_program *program)
+{
+    const struct view_atmosphere *air = &frame->view->atmosphere;
+    float ambient[3];
     gl_program_set_f3(program, "u_atmosphere_color", air->color);
     atmosphere_find_around(frame, ambient);
     for (int k = 0; k < 3; k++)
@@ -87,7 +92,8 @@ static void set_haze(const struct window_frame *frame, const struct gl_program *
 
 void atmosphere_bind(const struct window_frame *frame, const struct gl_program *program)
 {
-    set_haze(frame, program);
+    atmosphere_bind_depth(frame, program);
+    set_scattering(frame, program);
     set_grid(frame, program);
     if (frame->targets->atmosphere_sums.name)
         gl_buffer_bind_storage(&frame->targets->atmosphere_sums, BIND_ATMOSPHERE_SUMS);

@@ -23,6 +23,8 @@ const char *atmosphere_defines(const struct window_frame *frame);
 /* What a full albedo scatters of the hemisphere and the map, as from all around. Thread: GL. */
 void atmosphere_find_around(const struct window_frame *frame, float around[3]);
 
+/* What programs read that ask how deep the haze is. */
+void atmosphere_bind_depth(const struct window_frame *frame, const struct gl_program *program);
 /* What lighting and compositing read of it, where it is there. */
 void atmosphere_bind(const struct window_frame *frame, const struct gl_program *program);
 

@@ -66,6 +66,7 @@ void light_areas_bind(const struct light_areas *areas, const struct window_frame
         gl_texture_bind(&areas->lobe_view, UNIT_AREA_LOBES);
         return;
     }
+    gl_program_set_u(program, "u_area_fixed", 0); /* but where shadows are as published */
     gl_program_set_u(program, "u_area_samples", frame->needs->area_samples);
     gl_program_set_u2(program, "u_area_origin", (uint32_t)w->x, (uint32_t)(w->y + w->height - 1));
 }

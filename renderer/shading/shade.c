@@ -56,7 +56,7 @@ bool shade_upload_lights(struct shade *shade, const struct shade_lights_desc *de
         uint32_t shadow = desc->traced ? traced_shadows_record(desc->traced, i)
                                        : shadow_system_record(desc->shadows, i);
         fill_light(&state->lights[i], shadow, desc->camera, &records[i]);
-        if (!desc->has_shadows)
+        if (!desc->has_shadows || (!desc->traced && shadow_system_holds_grids(desc->shadows, i)))
             records[i].dims_in_grids = 0;
         if (desc->is_left_out && desc->is_left_out[i])
             records[i].color = (vec4){{0, 0, 0, 0}};

@@ -12,6 +12,7 @@
 #include "renderer/scene/grid_texels.h"
 #include "renderer/scene/smoke_nodes.h"
 #include "renderer/shading/atmosphere_light.h"
+#include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
@@ -152,7 +153,9 @@ void smoke_defines(const struct window_frame *frame, char text[SMOKE_DEFINES_BYT
     int used =
         snprintf(text, SMOKE_DEFINES_BYTES, " HAS_GRIDS GRID_COUNT=%zu", frame->state->grid_count);
     if (planes)
-        snprintf(text + used, SMOKE_DEFINES_BYTES - (size_t)used, " GRID_CUTS=%zu", planes);
+        used += snprintf(text + used, SMOKE_DEFINES_BYTES - (size_t)used, " GRID_CUTS=%zu", planes);
+    if (shadow_quality_holds_grids(&frame->view->quality))
+        snprintf(text + used, SMOKE_DEFINES_BYTES - (size_t)used, " HAS_GRID_BOXES");
 }
 
 uint64_t smoke_loop_steps(const struct scene_state *state)
@@ -193,16 +196,21 @@ static void set_cuts(const struct window_frame *frame, const struct gl_program *
     gl_program_set_u(program, "u_grid_light_cuts", of_light);
 }
 
-void smoke_bind(const struct window_frame *frame, const struct gl_program *program)
+void smoke_bind_values(const struct window_frame *frame, const struct gl_program *program)
 {
     const struct smoke *smoke = frame->smoke;
-    float ambient[3];
     gl_texture_bind(&smoke->record_view, UNIT_GRID_RECORDS);
     gl_texture_bind(&smoke->brick_view, UNIT_GRID_BRICKS);
     gl_texture_bind(&smoke->value_view, UNIT_GRID_VALUES);
+    set_cuts(frame, program);
+}
+
+void smoke_bind(const struct window_frame *frame, const struct gl_program *program)
+{
+    float ambient[3];
+    smoke_bind_values(frame, program);
     if (frame->targets->smoke_view.name)
         gl_texture_bind(&frame->targets->smoke_view, UNIT_SMOKE_LIGHT);
-    set_cuts(frame, program);
     set_nodes(frame, program);
     atmosphere_find_around(frame, ambient);
     gl_program_set_f3(program, "u_smoke_ambient", ambient);

@@ -33,6 +33,8 @@ uint64_t smoke_loop_steps(const struct scene_state *state);
 enum { SMOKE_DEFINES_BYTES = 64 };
 void smoke_defines(const struct window_frame *frame, char text[SMOKE_DEFINES_BYTES]);
 
+/* What programs that sum their values read; with grids. */
+void smoke_bind_values(const struct window_frame *frame, const struct gl_program *program);
 /* What lighting and compositing read of them; with grids. */
 void smoke_bind(const struct window_frame *frame, const struct gl_program *program);
 

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "renderer/base/matrix.h"
+#include "renderer/shadows/area_table.h"
 #include "renderer/window/window.h"
 #include "shaders/shared/layout.h"
 
@@ -138,6 +139,18 @@ static void describe_find(struct program_desc *desc, char defines[DEFINES_BYTES]
              variant->samples > 1 ? " HAS_AREA_SAMPLES" : "");
 }
 
+/* Of area_find.comp.glsl's variants, the one that tables do as well. */
+static bool has_table(const struct find_variant *variant)
+{
+    return variant->kind == AREA_RECTANGLE && variant->samples > 1 && !variant->has_filters &&
+           !variant->has_planes && area_table_vectors(variant->samples);
+}
+
+static void describe_mask(struct program_desc *desc, char defines[DEFINES_BYTES], uint32_t samples)
+{
+    describe(desc, "area_mask.comp.glsl", defines, "VECTORS=%u", area_table_vectors(samples));
+}
+
 static const struct gl_program *use(const struct area_grid_desc *desc,
                                     const struct program_desc *program, struct error *err)
 {
@@ -164,7 +177,10 @@ static void list_kind(const struct area_listing *listing, uint32_t kind, bool is
                                          .samples = kind == AREA_RECTANGLE ? listing->samples : 1,
                                          .has_filters = listing->has_filters,
                                          .has_planes = listing->has_planes};
-    describe_find(&desc, defines, &variant);
+    if (listing->is_faithful && has_table(&variant))
+        describe_mask(&desc, defines, variant.samples);
+    else
+        describe_find(&desc, defines, &variant);
     program_list_add(list, pass, &desc, true);
 }
 
@@ -345,8 +361,8 @@ static bool scan(const struct area_grid *grid, const struct area_grid_desc *desc
 
 /* What the pairs of a grid are found for: its points ask them. */
 struct asking {
-    bool (*run)(const struct area_grid_desc *desc, const struct area_light *light,
-                const uint32_t cells[2], struct error *err);
+    bool (*run)(struct area_grid *grid, const struct area_grid_desc *desc,
+                const struct area_light *light, const uint32_t cells[2], struct error *err);
     bool has_lists;
     double asides; /* rays begin so many offsets aside of their points */
 };
@@ -359,7 +375,8 @@ static bool fill_and_ask(struct area_grid *grid, const struct area_grid_desc *de
         return false;
     gl_buffer_bind_storage(&grid->pairs, BIND_AREA_PAIRS);
     grid->counts_of_frame.parts++;
-    return (!pairs || assign(desc, light, 1, cells, err)) && asking->run(desc, light, cells, err);
+    return (!pairs || assign(desc, light, 1, cells, err)) &&
+           asking->run(grid, desc, light, cells, err);
 }
 
 /* Rows of cells whose pairs have room, one after the other. */
@@ -435,9 +452,10 @@ static bool run_grid(struct area_grid *grid, const struct area_grid_desc *desc,
 
 /* ---- what points ask ---- */
 
-static bool leave_surfaces(const struct area_grid_desc *desc, const struct area_light *eye,
-                           const uint32_t cells[2], struct error *err)
+static bool leave_surfaces(struct area_grid *grid, const struct area_grid_desc *desc,
+                           const struct area_light *eye, const uint32_t cells[2], struct error *err)
 {
+    (void)grid;
     const struct program_desc text = {.label = "area_leave.comp.glsl",
                                       .compute = "area_leave.comp.glsl"};
     const struct gl_program *program = use(desc, &text, err);
@@ -482,15 +500,22 @@ static void set_samples(const struct gl_program *program, const struct area_grid
     gl_program_set_f(program, "u_size_m", (float)desc->casters->size_m);
 }
 
-static bool find_filters(const struct area_grid_desc *desc, const struct area_light *light,
-                         const uint32_t cells[2], struct error *err)
+static struct find_variant variant_of(const struct area_grid_desc *desc,
+                                      const struct area_light *light)
 {
+    return (struct find_variant){.kind = light->kind,
+                                 .samples = light->samples,
+                                 .has_filters = desc->casters->has_filters,
+                                 .has_planes = desc->state->shadow_plane_count > 0};
+}
+
+static bool find_filters(struct area_grid *grid, const struct area_grid_desc *desc,
+                         const struct area_light *light, const uint32_t cells[2], struct error *err)
+{
+    (void)grid;
     struct program_desc text;
     char defines[DEFINES_BYTES];
-    const struct find_variant variant = {.kind = light->kind,
-                                         .samples = light->samples,
-                                         .has_filters = desc->casters->has_filters,
-                                         .has_planes = desc->state->shadow_plane_count > 0};
+    const struct find_variant variant = variant_of(desc, light);
     describe_find(&text, defines, &variant);
     const struct gl_program *program = use(desc, &text, err);
     if (!program)
@@ -500,6 +525,7 @@ static bool find_filters(const struct area_grid_desc *desc, const struct area_li
     set_planes(program, desc);
     set_samples(program, desc, light);
     gl_program_set_u2(program, "u_cells", cells[0], cells[1]);
+    gl_program_set_u(program, "u_area_fixed", desc->is_faithful);
     for (uint32_t first = 0; first < light->samples; first += 4 * groups_of(light->samples)) {
         gl_program_set_u(program, "u_first_sample", first);
         window_dispatch_items(desc->points.count);
@@ -508,10 +534,70 @@ static bool find_filters(const struct area_grid_desc *desc, const struct area_li
     return true;
 }
 
+/* ---- the same by tables ---- */
+
+static bool make_table(struct area_grid *grid, const struct area_light *light, struct error *err)
+{
+    static const char *const labels[2] = {"shadow.area.rectangle", "shadow.area.disk"};
+    struct gl_buffer *buffer = &grid->masks[light->is_disk];
+    const uint64_t bytes = area_table_words(light->samples) * sizeof(uint32_t);
+    if (grid->masks_samples[light->is_disk] == light->samples)
+        return true;
+    uint32_t *masks = malloc(bytes);
+    if (!masks)
+        return error_set(err, ERROR_NO_MEMORY, "masks of %u points of a light", light->samples);
+    area_table_fill(light->is_disk, light->samples, masks);
+    grid->masks_samples[light->is_disk] = 0;
+    bool ok = gl_buffer_reserve(buffer,
+                                &(struct gl_buffer_desc){.label = labels[light->is_disk],
+                                                         .size_bytes = bytes,
+                                                         .is_uploaded = true},
+                                false, err);
+    if (ok) {
+        gl_buffer_write(buffer, 0, bytes, masks);
+        grid->masks_samples[light->is_disk] = light->samples;
+    }
+    free(masks);
+    return ok;
+}
+
+/* pack_filter of area_find.comp.glsl, of one in each channel. */
+static void set_all(const struct gl_program *program)
+{
+    const uint32_t one = 1u << (TRACED_FILTER_BITS - 1);
+    gl_program_set_u2(program, "u_all", one | one << TRACED_FILTER_BITS,
+                      one >> (32 - TRACED_FILTER_BITS) | one << (2 * TRACED_FILTER_BITS - 32));
+}
+
+static bool find_masks(struct area_grid *grid, const struct area_grid_desc *desc,
+                       const struct area_light *light, const uint32_t cells[2], struct error *err)
+{
+    struct program_desc text;
+    char defines[DEFINES_BYTES];
+    describe_mask(&text, defines, light->samples);
+    if (!make_table(grid, light, err))
+        return false;
+    const struct gl_program *program = use(desc, &text, err);
+    if (!program)
+        return false;
+    gl_buffer_bind_storage(&grid->masks[light->is_disk], BIND_AREA_MASKS);
+    set_light(program, desc, light);
+    set_samples(program, desc, light);
+    set_all(program);
+    gl_program_set_f(program, "u_nudge_m", (float)desc->casters->nudge_m);
+    gl_program_set_u2(program, "u_cells", cells[0], cells[1]);
+    window_dispatch_items(desc->points.count);
+    wait_for_writes();
+    return true;
+}
+
 bool area_grid_find(struct area_grid *grid, const struct area_grid_desc *desc,
                     const struct area_light *light, struct error *err)
 {
-    const struct asking asking = {.run = find_filters, .has_lists = desc->lists, .asides = 1};
+    const struct find_variant variant = variant_of(desc, light);
+    const bool is_by_table = desc->is_faithful && has_table(&variant);
+    const struct asking asking = {
+        .run = is_by_table ? find_masks : find_filters, .has_lists = desc->lists, .asides = 1};
     return reserve_all(grid, desc, err) && run_grid(grid, desc, light, &asking, err);
 }
 
@@ -567,14 +653,16 @@ uint64_t area_grid_size_bytes(const struct area_grid *grid)
 {
     return grid->cells.size_bytes + grid->counts.size_bytes + grid->firsts.size_bytes +
            grid->starts.size_bytes + grid->places.size_bytes + grid->pairs.size_bytes +
-           grid->statistics.size_bytes + grid->light_filters.size_bytes;
+           grid->statistics.size_bytes + grid->light_filters.size_bytes +
+           grid->masks[0].size_bytes + grid->masks[1].size_bytes;
 }
 
 void area_grid_finish(struct area_grid *grid)
 {
-    struct gl_buffer *buffers[] = {&grid->cells,      &grid->counts,       &grid->firsts,
-                                   &grid->starts,     &grid->places,       &grid->pairs,
-                                   &grid->statistics, &grid->light_filters};
+    struct gl_buffer *buffers[] = {
+        &grid->cells, &grid->counts,     &grid->firsts,        &grid->starts,   &grid->places,
+        &grid->pairs, &grid->statistics, &grid->light_filters, &grid->masks[0], &grid->masks[1]};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         gl_buffer_finish(buffers[i]);
+    grid->masks_samples[0] = grid->masks_samples[1] = 0;
 }

@@ -24,6 +24,8 @@ struct area_grid { /* zeroed before the first call; buffers are kept */
     struct gl_buffer cells, counts, firsts, starts, places, pairs, statistics, light_filters;
     uint64_t pairs_max; /* 0: AREA_PAIRS_MAX */
     struct area_counts counts_of_frame;
+    struct gl_buffer masks[2]; /* tables of a rectangle and of a disk (area_table.h) */
+    uint32_t masks_samples[2]; /* that they have; 0: none */
 };
 
 struct area_points {                  /* of a window, on the device */
@@ -49,6 +51,9 @@ struct area_grid_desc {
     const struct gl_buffer *table;   /* required: uvec2 per point: first filter, cluster */
     const struct gl_buffer *filters; /* required for area_grid_find: uvec2 each */
     uint32_t loop_steps;             /* that an invocation may take; 0: any */
+    /* As published: the points of areas are the same at every pixel, and where all casters are
+     * opaque, whole, and the points are few enough, tables have the masks of edges. */
+    bool is_faithful;
 };
 
 struct area_light {
@@ -80,6 +85,7 @@ void area_grid_finish(struct area_grid *grid);
 struct area_listing {
     bool is_orthographic, has_filters, has_curves;
     bool has_planes;  /* of the state: shadow_plane_count */
+    bool is_faithful; /* of struct area_grid_desc */
     bool has_kind[3]; /* lights of AREA_* */
     uint32_t samples; /* of areas */
 };

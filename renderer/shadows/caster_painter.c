@@ -448,6 +448,7 @@ static void unset_state(void)
     glDisable(GL_SCISSOR_TEST);
     glDisable(GL_BLEND);
     glBlendEquation(GL_FUNC_ADD);
+    glBlendFunc(GL_ONE, GL_ZERO); /* of two colours it would refuse several targets, even unused */
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glDepthMask(GL_TRUE);
 }

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "renderer/scene/blend_law.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"
@@ -68,12 +69,9 @@ static bool filters_everywhere(const struct scene_material *m, float least_alpha
         float base = m->base_color[k]; /* at most */
         float t = m->transmission > 0 ? m->transmission * base : 0;
         if (m->alpha_mode == SCENE_BLEND) {
-            if (m->transmission > 0)
-                t = 1 - a * (1 - t);
-            else if (blend_filter == VIEW_BLEND_TINT)
-                t = (1 - a) * (1 - a * (1 - base));
-            else
-                t = blend_filter == VIEW_BLEND_COVERAGE ? 1 - a : (1 - a) * base;
+            t = m->transmission > 0 ? 1 - a * (1 - t)
+                                    : (float)blend_law_filter((enum view_blend_filter)blend_filter,
+                                                              (double)a, (double)base);
         }
         least = fminf(least, t);
     }

@@ -55,6 +55,7 @@ static bool begin(struct traced_shadows *traced, const struct shadow_finding *fi
         return error_set(err, ERROR_NO_MEMORY, "shadows of %zu lights", state->light_count);
     finder->finding = *finding;
     finder->desc = *finding->desc;
+    traced->has_fixed_points = quality->faithful;
     finder->grid.counts_of_frame = (struct area_counts){0};
     finder->farthest_m = 1.001 * rt_points_farthest(&finder->desc);
     finder->filters_max = 1;
@@ -133,6 +134,7 @@ static struct area_grid_desc grid_desc_of(const struct traced_shadows *traced,
         .count = chunk->count,
         .table = &traced->table,
         .filters = &traced->filters,
+        .is_faithful = finder->desc.view->quality.faithful,
         .loop_steps = (uint32_t)fmin((double)finder->finding.loop_steps, UINT32_MAX),
     };
 }
@@ -214,7 +216,8 @@ static void list_programs(const struct window_frame *frame, struct program_list 
 {
     const struct scene_state *state = frame->state;
     struct area_listing listing = {.is_orthographic = frame->camera->is_orthographic,
-                                   .has_planes = state->shadow_plane_count > 0};
+                                   .has_planes = state->shadow_plane_count > 0,
+                                   .is_faithful = frame->view->quality.faithful};
     for (size_t i = 0; i < state->light_count; i++) {
         const struct state_light *light = &state->lights[i];
         bool is_area = state_light_is_area(light);

@@ -14,6 +14,7 @@
 
 #include "renderer/base/matrix.h"
 #include "renderer/shadows/shadow_traced.h"
+#include "renderer/shadows/volume_drawing.h"
 #include "renderer/shadows/volumes.h"
 #include "renderer/transparency/method.h"
 #include "shaders/shared/layout.h"
@@ -36,6 +37,14 @@ enum {
     TILE_BYTES = 4,
 };
 
+static enum volume_form form_of(bool is_silhouette, const struct view *view)
+{
+    return is_silhouette              ? VOLUME_COUNTS
+           : !view->quality.faithful  ? VOLUME_SUMS
+           : view->quality.volume_map ? VOLUME_PRODUCTS
+                                      : VOLUME_LOGS;
+}
+
 static bool begin(struct traced_shadows *traced, const struct shadow_finding *finding,
                   struct error *err)
 {
@@ -44,7 +53,8 @@ static bool begin(struct traced_shadows *traced, const struct shadow_finding *fi
         volumes = traced->own = calloc(1, sizeof *volumes);
     if (!volumes)
         return error_set(err, ERROR_NO_MEMORY, "shadow volumes");
-    volumes->counts_groups = traced->finder == &shadow_finder_silhouette;
+    volumes->form = form_of(traced->finder == &shadow_finder_silhouette, finding->desc->view);
+    volumes->drawn_by = finding->desc->view->quality.silhouette_form;
     return volumes_begin(volumes, finding, err);
 }
 
@@ -63,7 +73,7 @@ static uint64_t size_bytes(const struct traced_shadows *traced)
     uint64_t bytes = 0;
     for (int i = 0; volumes && i < VOLUME_BUFFERS; i++)
         bytes += volumes->buffers[i].size_bytes;
-    return bytes;
+    return bytes + (volumes ? volume_drawing_size_bytes(&volumes->drawing) : 0);
 }
 
 static uint32_t filters(const struct traced_shadows *traced, size_t light)
@@ -90,34 +100,88 @@ enum program {
     FACES_OF_LIGHT,
     COVER,
     COVER_SMALL,
+    DRAW, /* takes the place of both, where faces are drawn */
     FILTERS,
+    /* likewise, of counts: what draws by geometry programs, and by the tessellator */
+    QUADS_OF_EDGES,
+    QUADS_OF_CAPS,
+    PATCHES_OF_EDGES,
+    PATCHES_OF_SIDES, /* of triangles, */
+    PATCHES_OF_ALL,   /* with these */
+    STENCIL_OF_EDGES,
+    STENCIL_OF_CAPS,
+    TALLY, /* with these two */
     PROGRAMS
 };
 
-static struct program_desc program_of(bool is_orthographic, bool has_groups, enum program program,
-                                      char defines[DEFINES_BYTES])
+/* What draws the faces of counts: sides, and then casters. PROGRAMS: nothing. */
+static const enum program drawing_programs[VIEW_SILHOUETTE_FORMS][2] = {
+    [VIEW_SILHOUETTE_COMPUTE] = {PROGRAMS, PROGRAMS},
+    [VIEW_SILHOUETTE_GEOMETRY] = {QUADS_OF_EDGES, QUADS_OF_CAPS},
+    [VIEW_SILHOUETTE_TESSELLATION] = {PATCHES_OF_EDGES, QUADS_OF_CAPS},
+    [VIEW_SILHOUETTE_TRIANGLES_TWO_PASS] = {PATCHES_OF_SIDES, QUADS_OF_CAPS},
+    [VIEW_SILHOUETTE_TRIANGLES_ONE_PASS] = {PATCHES_OF_ALL, PROGRAMS},
+    [VIEW_SILHOUETTE_STENCIL] = {STENCIL_OF_EDGES, STENCIL_OF_CAPS},
+};
+
+#define COUNTED                                                                                 \
+    .file = "volume_counted.frag.glsl", .vertex = "volume_patch.vert.glsl", .is_in_view = true, \
+    .counts = true
+#define STENCILLED                                                          \
+    .file = "volume_stencil.frag.glsl", .vertex = "volume_patch.vert.glsl", \
+    .geometry = "volume_quads.geom.glsl", .is_in_view = true, .counts = true
+#define TESSELLATED .tessellation = {"volume_quads.tesc.glsl", "volume_quads.tese.glsl"}
+
+/* form: VOLUME_COUNTS where casters are counted by groups, indeed. */
+static struct program_desc program_of(bool is_orthographic, enum volume_form form,
+                                      enum program program, char defines[DEFINES_BYTES])
 {
     static const struct {
-        const char *file;
-        bool walks_lists, is_in_view, counts, is_small;
+        const char *file, *vertex, *geometry, *tessellation[2], *defines;
+        bool walks_lists, is_in_view, counts, knows_form;
     } programs[PROGRAMS] = {
         [PLACE] = {.file = "volume_place.comp.glsl", .walks_lists = true},
         [SIGNS_OF_LIGHT] = {.file = "volume_signs.comp.glsl", .is_in_view = true, .counts = true},
-        [EDGES_OF_LIGHT] = {.file = "volume_edges.comp.glsl", .counts = true},
+        [EDGES_OF_LIGHT] = {.file = "volume_edges.comp.glsl", .counts = true, .knows_form = true},
         [STARTS_OF_LIGHT] = {.file = "volume_starts.comp.glsl",
                              .walks_lists = true,
                              .is_in_view = true},
-        [FACES_OF_LIGHT] = {.file = "volume_faces.comp.glsl", .is_in_view = true, .counts = true},
+        [FACES_OF_LIGHT] = {.file = "volume_faces.comp.glsl",
+                            .is_in_view = true,
+                            .counts = true,
+                            .knows_form = true},
         [COVER] = {.file = "volume_cover.comp.glsl", .is_in_view = true},
-        [COVER_SMALL] = {.file = "volume_cover.comp.glsl", .is_in_view = true, .is_small = true},
-        [FILTERS] = {.file = "volume_filters.comp.glsl", .walks_lists = true, .counts = true},
+        [COVER_SMALL] = {.file = "volume_cover.comp.glsl",
+                         .is_in_view = true,
+                         .defines = "IS_SMALL"},
+        [DRAW] = {.file = "volume_drawn.frag.glsl",
+                  .vertex = "volume_drawn.vert.glsl",
+                  .is_in_view = true,
+                  .knows_form = true},
+        [FILTERS] = {.file = "volume_filters.comp.glsl",
+                     .walks_lists = true,
+                     .counts = true,
+                     .knows_form = true},
+        [QUADS_OF_EDGES] = {COUNTED, .geometry = "volume_quads.geom.glsl"},
+        [QUADS_OF_CAPS] = {COUNTED, .geometry = "volume_quads.geom.glsl", .defines = "IS_CAP"},
+        [PATCHES_OF_EDGES] = {COUNTED, TESSELLATED},
+        [PATCHES_OF_SIDES] = {COUNTED, TESSELLATED, .defines = "IS_TRIANGLE"},
+        [PATCHES_OF_ALL] = {COUNTED, TESSELLATED, .defines = "IS_TRIANGLE HAS_CAP"},
+        [STENCIL_OF_EDGES] = {STENCILLED, .defines = "IS_STENCIL"},
+        [STENCIL_OF_CAPS] = {STENCILLED, .defines = "IS_CAP IS_STENCIL"},
+        [TALLY] = {.file = "volume_tally.comp.glsl"},
     };
+    bool is_drawn = programs[program].knows_form && volume_form_is_drawn(form);
     const char *const words[] = {
         programs[program].walks_lists ? light_lists_technique_defines(VIEW_LIGHT_LISTS_CLUSTERED)
                                       : NULL,
         programs[program].is_in_view && is_orthographic ? "IS_ORTHOGRAPHIC" : NULL,
-        programs[program].counts && has_groups ? "HAS_GROUPS" : NULL,
-        programs[program].is_small ? "IS_SMALL" : NULL,
+        programs[program].counts && form == VOLUME_COUNTS ? "HAS_GROUPS" : NULL,
+        programs[program].defines,
+        is_drawn && program != DRAW ? "IS_DRAWN" : NULL,
+        is_drawn && form == VOLUME_PRODUCTS && (program == DRAW || program == FILTERS)
+            ? "IS_PRODUCT"
+            : NULL,
     };
     size_t used = 0;
     defines[0] = '\0';
@@ -125,30 +189,57 @@ static struct program_desc program_of(bool is_orthographic, bool has_groups, enu
         if (words[i])
             used += (size_t)snprintf(defines + used, DEFINES_BYTES - used, "%s%s", used ? " " : "",
                                      words[i]);
-    return (struct program_desc){.label = programs[program].file,
-                                 .compute = programs[program].file,
-                                 .defines = defines[0] ? defines : NULL};
+    struct program_desc desc = {
+        .label = programs[program].file,
+        .vertex = programs[program].vertex,
+        .tessellation = {programs[program].tessellation[0], programs[program].tessellation[1]},
+        .geometry = programs[program].geometry,
+        .defines = defines[0] ? defines : NULL};
+    *(desc.vertex ? &desc.fragment : &desc.compute) = programs[program].file;
+    return desc;
 }
 
-static void list_programs_of(const struct window_frame *frame, bool has_groups,
+static bool is_drawing_program(enum view_silhouette_form drawn_by, enum program program)
+{
+    return drawing_programs[drawn_by][0] == program || drawing_programs[drawn_by][1] == program ||
+           (program == TALLY && drawn_by == VIEW_SILHOUETTE_STENCIL);
+}
+
+/* Whether frames of the form need a program. */
+static bool needs_program(enum volume_form form, enum view_silhouette_form drawn_by,
+                          enum program program)
+{
+    if (program > FILTERS)
+        return form == VOLUME_COUNTS && is_drawing_program(drawn_by, program);
+    if (volume_form_is_drawn(form))
+        return program != COVER && program != COVER_SMALL;
+    bool covers = program == COVER || program == COVER_SMALL || program == EDGES_OF_LIGHT ||
+                  program == FACES_OF_LIGHT;
+    bool is_by_compute = form != VOLUME_COUNTS || drawn_by == VIEW_SILHOUETTE_COMPUTE;
+    return program != DRAW && (is_by_compute || !covers);
+}
+
+static void list_programs_of(const struct window_frame *frame, enum volume_form form,
                              struct program_list *list)
 {
     for (int i = 0; i < PROGRAMS; i++) {
         char defines[DEFINES_BYTES];
+        if (!needs_program(form, frame->view->quality.silhouette_form, (enum program)i))
+            continue;
         const struct program_desc desc =
-            program_of(frame->camera->is_orthographic, has_groups, (enum program)i, defines);
+            program_of(frame->camera->is_orthographic, form, (enum program)i, defines);
         program_list_add(list, "shadow.volumes", &desc, true);
     }
 }
 
 static void list_programs(const struct window_frame *frame, struct program_list *list)
 {
-    list_programs_of(frame, false, list);
+    list_programs_of(frame, form_of(false, frame->view), list);
 }
 
 static void list_counting_programs(const struct window_frame *frame, struct program_list *list)
 {
-    list_programs_of(frame, true, list);
+    list_programs_of(frame, form_of(true, frame->view), list);
 }
 
 /* ---- a light ---- */
@@ -163,6 +254,7 @@ struct light_pass {
     uint32_t stride;
     uint32_t first_group; /* of those that are counted */
     uint32_t edges;       /* of the silhouette */
+    uint32_t turn, slot;  /* of a stencil: the group, and the point of each pixel */
 };
 
 static const struct gl_program *use(const struct light_pass *pass, enum program program,
@@ -170,28 +262,15 @@ static const struct gl_program *use(const struct light_pass *pass, enum program 
 {
     char defines[DEFINES_BYTES];
     const struct window_frame *frame = pass->chunk->frame;
-    const struct program_desc desc = program_of(frame->camera->is_orthographic,
-                                                pass->volumes->group_count > 0, program, defines);
+    enum volume_form form = pass->volumes->form;
+    if (form == VOLUME_COUNTS && !pass->volumes->group_count)
+        form = VOLUME_SUMS;
+    const struct program_desc desc =
+        program_of(frame->camera->is_orthographic, form, program, defines);
     const struct gl_program *found = program_cache_get(frame->programs, &desc, err);
     if (found)
         gl_program_use(found);
     return found;
-}
-
-static void place_light(struct light_pass *pass)
-{
-    const struct state_light *light = &pass->volumes->state->lights[pass->light];
-    const struct camera *camera = pass->volumes->camera;
-    double axes[3][3], offset[3];
-    bool is_far = light->type == SCENE_LIGHT_DIRECTIONAL;
-    camera_axes(camera, axes);
-    vec3_sub(light->position, camera->eye, offset);
-    for (int k = 0; k < 3; k++)
-        pass->at[k] =
-            (float)(is_far ? -vec3_dot(axes[k], light->direction) : vec3_dot(axes[k], offset));
-    pass->at[3] = !is_far;
-    /* so that no volume of a light at infinity is there */
-    pass->eye = is_far && pass->at[2] < 0 ? -1 : 1;
 }
 
 static void bind_geometry(const struct light_pass *pass, const struct gl_program *program)
@@ -298,6 +377,8 @@ static bool find_edges(struct light_pass *pass, struct error *err)
     gl_program_set_u(program, "u_triangles", (uint32_t)casters->triangle_count);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     window_dispatch_items(casters->triangle_count);
+    if (volumes_draw_counts(pass->volumes))
+        return true;
     program = use(pass, EDGES_OF_LIGHT, err);
     if (!program)
         return false;
@@ -305,6 +386,10 @@ static bool find_edges(struct light_pass *pass, struct error *err)
     gl_program_set_u(program, "u_edge_count", (uint32_t)casters->edge_count);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     window_dispatch_items(casters->edge_count);
+    if (volume_form_is_drawn(pass->volumes->form)) {
+        pass->edges = (uint32_t)casters->edge_count;
+        return true;
+    }
     gpu_timeline_will_wait(pass->chunk->frame->timeline);
     gl_buffer_read(counters, 4 * VOLUME_EDGES, 4, &pass->edges);
     return true;
@@ -360,25 +445,30 @@ static bool reserve_spans(struct volumes *volumes, uint64_t spans, struct error 
     return true;
 }
 
+static void bind_pixels(const struct light_pass *pass, const struct gl_program *program)
+{
+    const struct traced_shadows *traced = pass->traced;
+    const struct window_frame *frame = pass->chunk->frame;
+    gl_buffer_bind_storage(&traced->heads, BIND_TRACED_HEADS);
+    gl_buffer_bind_storage(traced->layer_ends ? traced->layer_ends : &traced->heads,
+                           BIND_VOLUME_ENDS);
+    gl_program_set_u2(program, "u_size_px", (uint32_t)frame->window.width,
+                      (uint32_t)frame->window.height);
+    gl_program_set_u(program, "u_layers", (uint32_t)traced->window.layer_count);
+}
+
 /* program: COVER, whose groups take a span each, or COVER_SMALL, whose invocations take a face. */
 static bool cover(const struct light_pass *pass, enum program which, uint32_t count,
                   struct error *err)
 {
-    const struct window_frame *frame = pass->chunk->frame;
-    const struct traced_shadows *traced = pass->traced;
     const struct gl_program *program = use(pass, which, err);
     if (!program)
         return false;
     bind_geometry(pass, program);
     if (which == COVER_SMALL)
         gl_buffer_bind_storage(&pass->volumes->buffers[BUFFER_SMALL], BIND_VOLUME_SPANS);
-    gl_buffer_bind_storage(&traced->heads, BIND_TRACED_HEADS);
-    gl_buffer_bind_storage(traced->layer_ends ? traced->layer_ends : &traced->heads,
-                           BIND_VOLUME_ENDS);
-    gl_program_set_u2(program, "u_size_px", (uint32_t)frame->window.width,
-                      (uint32_t)frame->window.height);
+    bind_pixels(pass, program);
     gl_program_set_u(program, "u_spans", count);
-    gl_program_set_u(program, "u_layers", (uint32_t)traced->window.layer_count);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     window_dispatch_items(which == COVER ? (uint64_t)count * 64 : count);
     return true;
@@ -414,6 +504,148 @@ static bool cross_faces(const struct light_pass *pass, struct error *err)
     return true;
 }
 
+/* All faces into pictures of half floats. */
+static bool draw_faces(const struct light_pass *pass, struct error *err)
+{
+    const struct window_frame *frame = pass->chunk->frame;
+    struct volumes *volumes = pass->volumes;
+    uint64_t faces = pass->edges + volumes->casters.triangle_count;
+    uint64_t pixels = (uint64_t)frame->window.width * (uint32_t)frame->window.height;
+    const struct gl_program *program = use(pass, FACES_OF_LIGHT, err);
+    if (!program ||
+        !volume_drawing_reserve(&volumes->drawing, frame->window.width, frame->window.height, err))
+        return false;
+    bind_geometry(pass, program);
+    gl_program_set_u2(program, "u_faces", 0, (uint32_t)faces);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    window_dispatch_items(faces);
+    program = use(pass, DRAW, err);
+    if (!program)
+        return false;
+    bind_geometry(pass, program);
+    bind_pixels(pass, program);
+    window_set_view_ray(frame, program);
+    volume_drawing_draw(&volumes->drawing, volumes->form, faces);
+    volumes->most_drawn = pixels > volumes->most_drawn ? pixels : volumes->most_drawn;
+    return true;
+}
+
+static bool draw_quads(const struct light_pass *pass, enum program which, struct error *err)
+{
+    struct volumes *volumes = pass->volumes;
+    const struct volume_casters *casters = &volumes->casters;
+    bool is_of_edges =
+        which == QUADS_OF_EDGES || which == PATCHES_OF_EDGES || which == STENCIL_OF_EDGES;
+    bool is_tessellated = which >= PATCHES_OF_EDGES && which <= PATCHES_OF_ALL;
+    const struct gl_program *program = use(pass, which, err);
+    if (!program)
+        return false;
+    bind_geometry(pass, program);
+    bind_pixels(pass, program);
+    gl_buffer_bind_storage(&volumes->buffers[BUFFER_PARTS], BIND_VOLUME_PARTS);
+    gl_program_set_u(program, "u_edge_count", (uint32_t)casters->edge_count);
+    gl_program_set_u(program, "u_turn", pass->turn);
+    gl_program_set_u(program, "u_slot", pass->slot);
+    window_set_view_ray(pass->chunk->frame, program);
+    volume_drawing_add_counts(is_tessellated, is_of_edges
+                                                  ? casters->edge_count + casters->part_count
+                                                  : casters->triangle_count);
+    return true;
+}
+
+static bool draw_all_quads(const struct light_pass *pass, struct error *err)
+{
+    const enum program *programs = drawing_programs[pass->volumes->drawn_by];
+    return draw_quads(pass, programs[0], err) &&
+           (programs[1] == PROGRAMS || draw_quads(pass, programs[1], err));
+}
+
+/* All faces, by the stages that the form has. */
+static bool draw_counts(const struct light_pass *pass, struct error *err)
+{
+    struct volumes *volumes = pass->volumes;
+    const struct window_frame *frame = pass->chunk->frame;
+    if (!volume_drawing_begin_counts(&volumes->drawing, frame->window.width, frame->window.height,
+                                     false, err))
+        return false;
+    bool ok = draw_all_quads(pass, err);
+    volume_drawing_end_counts();
+    return ok;
+}
+
+/* way: u_way of volume_tally.comp.glsl. */
+static bool add_stencil(const struct light_pass *pass, uint32_t way, struct error *err)
+{
+    const struct volumes *volumes = pass->volumes;
+    const struct window_frame *frame = pass->chunk->frame;
+    const struct gl_program *program = use(pass, TALLY, err);
+    if (!program)
+        return false;
+    bind_pixels(pass, program);
+    gl_buffer_bind_storage(&volumes->buffers[BUFFER_SUMS], BIND_VOLUME_SUMS);
+    gl_buffer_bind_storage(&volumes->buffers[BUFFER_COUNTERS], BIND_STATISTICS);
+    gl_texture_bind(&volumes->drawing.stencil, UNIT_VOLUME_STENCIL);
+    gl_program_set_u(program, "u_turn", pass->turn);
+    gl_program_set_u(program, "u_slot", pass->slot);
+    gl_program_set_u(program, "u_way", way);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
+    window_dispatch_items((uint64_t)frame->window.width * (uint32_t)frame->window.height);
+    return true;
+}
+
+/* One group of casters and one point of each pixel at a time. A group of so few triangles that the
+ * stencil can count them all goes at once, up at front faces and down at back faces. Of a larger
+ * one both are counted for themselves, as far as the stencil can. */
+static bool draw_stencil_of(const struct light_pass *pass, struct error *err)
+{
+    static const GLenum ways[][2] = {
+        {GL_INCR_WRAP, GL_DECR_WRAP}, {GL_INCR, GL_KEEP}, {GL_KEEP, GL_INCR}};
+    struct volumes *volumes = pass->volumes;
+    const struct window_frame *frame = pass->chunk->frame;
+    uint64_t triangles = volumes->group_triangles[pass->first_group + pass->turn];
+    bool is_small = triangles <= VOLUME_STENCIL_MOST;
+    for (uint32_t i = is_small ? 0 : 1; i < (is_small ? 1 : 3); i++) {
+        if (!volume_drawing_begin_counts(&volumes->drawing, frame->window.width,
+                                         frame->window.height, true, err))
+            return false;
+        volume_drawing_begin_stencil(&volumes->drawing, ways[i][0], ways[i][1]);
+        bool ok = draw_all_quads(pass, err);
+        volume_drawing_end_counts();
+        if (!ok || !add_stencil(pass, i, err))
+            return false;
+    }
+    return true;
+}
+
+static bool draw_stencil(struct light_pass *pass, struct error *err)
+{
+    const struct volumes *volumes = pass->volumes;
+    uint32_t groups = (uint32_t)volumes->group_count - pass->first_group, has_overflowed = 0;
+    uint32_t samples = pass->chunk->frame->view->quality.samples == 1 ? 1 : SAMPLES_MOST;
+    uint32_t slots = (uint32_t)pass->traced->longest_layers + samples;
+    for (pass->turn = 0; pass->turn < groups && pass->turn < VOLUME_BATCH; pass->turn++)
+        for (pass->slot = 0; pass->slot < slots; pass->slot++)
+            if (!draw_stencil_of(pass, err))
+                return false;
+    gpu_timeline_will_wait(pass->chunk->frame->timeline);
+    gl_buffer_read(&volumes->buffers[BUFFER_COUNTERS], 4 * VOLUME_OVERFLOW, 4, &has_overflowed);
+    return !has_overflowed ||
+           error_set(err, ERROR_UNSUPPORTED,
+                     "a way crosses %u faces of casters of one filter or more, and a stencil "
+                     "counts no further: silhouette_form must not be stencil",
+                     VOLUME_STENCIL_MOST);
+}
+
+static bool cross(struct light_pass *pass, struct error *err)
+{
+    if (volume_form_is_drawn(pass->volumes->form))
+        return draw_faces(pass, err);
+    if (!volumes_draw_counts(pass->volumes))
+        return cross_faces(pass, err);
+    return pass->volumes->drawn_by == VIEW_SILHOUETTE_STENCIL ? draw_stencil(pass, err)
+                                                              : draw_counts(pass, err);
+}
+
 static bool write_filters(const struct light_pass *pass, struct error *err)
 {
     const struct gl_program *program = use(pass, FILTERS, err);
@@ -421,16 +653,21 @@ static bool write_filters(const struct light_pass *pass, struct error *err)
         return false;
     bind_points(pass, program);
     gl_program_set_u(program, "u_first_group", pass->first_group);
+    if (volume_form_is_drawn(pass->volumes->form)) {
+        volume_drawing_bind(&pass->volumes->drawing);
+        gl_program_set_u(program, "u_width_px", (uint32_t)pass->chunk->frame->window.width);
+        gl_program_set_u(program, "u_layers", (uint32_t)pass->traced->window.layer_count);
+    }
     dispatch_points(pass);
     return true;
 }
 
 static bool find_light(struct light_pass *pass, struct error *err)
 {
-    place_light(pass);
+    volumes_place_light(pass->volumes, pass->light, pass->at, &pass->eye);
     pass->first_group = 0;
     do {
-        if (!find_edges(pass, err) || !start_points(pass, err) || !cross_faces(pass, err) ||
+        if (!find_edges(pass, err) || !start_points(pass, err) || !cross(pass, err) ||
             !write_filters(pass, err))
             return false;
         pass->first_group += VOLUME_BATCH;
@@ -452,6 +689,14 @@ static bool find_lights(struct light_pass *pass, struct error *err)
     return true;
 }
 
+/* Faces that are listed before ways cross them. */
+static uint64_t listed_faces(const struct volumes *volumes)
+{
+    return volumes_draw_counts(volumes)
+               ? 0
+               : volumes->casters.edge_count + volumes->casters.triangle_count;
+}
+
 static bool find(struct traced_shadows *traced, const struct shadow_chunk *chunk,
                  uint64_t *filter_count, struct error *err)
 {
@@ -459,8 +704,7 @@ static bool find(struct traced_shadows *traced, const struct shadow_chunk *chunk
     const struct clusters *clusters = light_lists_clusters(chunk->lists);
     struct light_pass pass = {.traced = traced, .volumes = volumes, .chunk = chunk};
     uint64_t points = traced->window.count;
-    uint64_t faces = volumes->casters.edge_count + volumes->casters.triangle_count;
-    uint64_t tiles = window_tiles(chunk->frame);
+    uint64_t faces = listed_faces(volumes), tiles = window_tiles(chunk->frame);
     volumes->most_tiles = tiles > volumes->most_tiles ? tiles : volumes->most_tiles;
     pass.stride = chunk->count < clusters->longest ? chunk->count : clusters->longest;
     *filter_count = points * pass.stride;
@@ -491,14 +735,16 @@ static uint64_t frame_bytes(const struct volumes *volumes)
     const struct volume_casters *casters = &volumes->casters;
     const struct scene_state *state = volumes->state;
     return casters->vertex_count * 4 * sizeof(float) +
-           casters->edge_count * (sizeof *casters->edges + VOLUME_FACE_BYTES + SPAN_BYTES) +
-           casters->triangle_count *
-               (sizeof *casters->triangles + SIGN_BYTES + VOLUME_FACE_BYTES + SPAN_BYTES) +
+           listed_faces(volumes) * (VOLUME_FACE_BYTES + SPAN_BYTES) +
+           casters->edge_count * sizeof *casters->edges +
+           casters->triangle_count * (sizeof *casters->triangles + SIGN_BYTES) +
            casters->side_count * sizeof *casters->sides +
+           casters->part_count * sizeof *casters->parts +
            state->item_count * sizeof(struct volume_weight) +
            state->light_count * sizeof(uint32_t) * (1 + (uint64_t)volumes_reach_words(state)) +
            (volumes->group_count + VOLUME_BATCH) * 4 * sizeof(float) +
-           volumes->most_tiles * TILE_BYTES + volumes->most_spans * SPAN_BYTES + COUNTER_BYTES;
+           volumes->most_tiles * TILE_BYTES + volumes->most_spans * SPAN_BYTES +
+           volumes->most_drawn * VOLUME_DRAWN_BYTES + COUNTER_BYTES;
 }
 
 static void report(const struct traced_shadows *traced, const struct shadow_report *report)
@@ -520,6 +766,7 @@ static void free_buffers(struct traced_shadows *traced)
         gl_buffer_finish(&volumes->buffers[i]);
     if (!volumes)
         return;
+    volume_drawing_finish(&volumes->drawing);
     volumes->is_uploaded &= is_in_frame;
     volumes->span_room = 0;
 }

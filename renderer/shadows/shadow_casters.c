@@ -58,6 +58,7 @@ static bool is_pane(const struct state_item *item)
 bool shadow_casters_collect(struct shadow_casters *casters, const struct shadow_frame *frame,
                             const struct scene_state *state, struct error *err)
 {
+    casters->grid_count = state->grid_count;
     for (size_t i = 0; i < state->item_count; i++) {
         const struct state_item *item = &state->items[i];
         uint32_t faces = item->casts_shadow ? shadow_frame_faces(frame, item) : 0, planes;

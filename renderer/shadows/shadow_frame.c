@@ -72,6 +72,16 @@ struct caster_sphere {
     double center[3], radius, distance; /* of its centre from the light */
 };
 
+struct caster_set { /* what a frame is made for */
+    const struct scene_state *state;
+    bool has_grids;
+};
+
+static size_t grid_count(const struct caster_set *set)
+{
+    return set->has_grids ? set->state->grid_count : 0;
+}
+
 /* By the box of the primitive's own coordinates, which turns with its node. */
 static void grow_interval(const struct scene_state *state, const struct state_item *item,
                           const double axis[3], double interval[2])
@@ -90,13 +100,35 @@ static void grow_interval(const struct scene_state *state, const struct state_it
     interval[1] = fmax(interval[1], high);
 }
 
+/* Likewise of a box along the world's axes. */
+static void grow_interval_by_box(const double low[3], const double high[3], const double axis[3],
+                                 double interval[2])
+{
+    double middle = 0, half = 0;
+    for (int k = 0; k < 3; k++) {
+        middle += 0.5 * axis[k] * (low[k] + high[k]);
+        half += 0.5 * fabs(axis[k]) * (high[k] - low[k]);
+    }
+    interval[0] = fmin(interval[0], middle - half);
+    interval[1] = fmax(interval[1], middle + half);
+}
+
+static void grow_interval_by_grids(const struct caster_set *set, const double axis[3],
+                                   double interval[2])
+{
+    for (size_t i = 0; i < grid_count(set); i++)
+        grow_interval_by_box(set->state->grids[i].bounds_min, set->state->grids[i].bounds_max, axis,
+                             interval);
+}
+
 /* Of the casters' box along the world's axes: where a light is so near, it is not far from their
  * box along any axes, whose radius is at most the root of three smaller. */
 static const double NEAR_RADII = 2;
 
-static bool find_world_sphere(const struct state_light *light, const struct scene_state *state,
+static bool find_world_sphere(const struct state_light *light, const struct caster_set *set,
                               struct caster_sphere *sphere)
 {
+    const struct scene_state *state = set->state;
     double low[3] = {DBL_MAX, DBL_MAX, DBL_MAX}, high[3] = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
     double diagonal[3], to_center[3];
     for (size_t i = 0; i < state->item_count; i++) {
@@ -106,6 +138,11 @@ static bool find_world_sphere(const struct state_light *light, const struct scen
             high[k] = fmax(high[k], item->bounds_max[k]);
         }
     }
+    for (size_t i = 0; i < grid_count(set); i++)
+        for (int k = 0; k < 3; k++) {
+            low[k] = fmin(low[k], state->grids[i].bounds_min[k]);
+            high[k] = fmax(high[k], state->grids[i].bounds_max[k]);
+        }
     vec3_sub(high, low, diagonal);
     sphere->radius = 0.5 * vec3_length(diagonal);
     for (int k = 0; k < 3; k++)
@@ -118,10 +155,11 @@ static bool find_world_sphere(const struct state_light *light, const struct scen
 /* Around all casters. Where the light may be far: about their box along the light's own axes, on a
  * grid of a sixteenth of its radius that starts at the light, so that small edits keep the frame
  * and it turns and grows with the scene. */
-static bool find_casters(const struct state_light *light, const struct scene_state *state,
+static bool find_casters(const struct state_light *light, const struct caster_set *set,
                          struct caster_sphere *sphere)
 {
-    if (!find_world_sphere(light, state, sphere))
+    const struct scene_state *state = set->state;
+    if (!find_world_sphere(light, set, sphere))
         return false;
     if (sphere->distance < NEAR_RADII * sphere->radius)
         return true;
@@ -132,6 +170,7 @@ static bool find_casters(const struct state_light *light, const struct scene_sta
         for (size_t i = 0; i < state->item_count; i++)
             if (state->items[i].casts_shadow)
                 grow_interval(state, &state->items[i], axes[k], box[k]);
+        grow_interval_by_grids(set, axes[k], box[k]);
         diagonal[k] = box[k][1] - box[k][0];
     }
     double radius = 0.5 * vec3_length(diagonal), unit = state->unit_m;
@@ -193,9 +232,10 @@ static void init_perspective(struct shadow_frame *frame, const struct state_ligh
 }
 
 static bool init_orthographic(struct shadow_frame *frame, const struct state_light *light,
-                              const double direction[3], const struct scene_state *state,
+                              const double direction[3], const struct caster_set *set,
                               int resolution)
 {
+    const struct scene_state *state = set->state;
     frame->shape = SHADOW_ORTHOGRAPHIC;
     frame->face_count = 1;
     frame->cone_rad = PI;
@@ -208,6 +248,8 @@ static bool init_orthographic(struct shadow_frame *frame, const struct state_lig
         if (!item->is_ground) /* it lies behind all casters that shadow it */
             grow_interval(state, item, frame->axis[2], box[2]);
     }
+    for (int k = 0; k < 3; k++)
+        grow_interval_by_grids(set, frame->axis[k], box[k]);
     if (box[0][0] > box[0][1])
         return false;
     double depth = fmax(box[2][1] - box[2][0], 0);
@@ -229,25 +271,38 @@ static bool init_orthographic(struct shadow_frame *frame, const struct state_lig
     return true;
 }
 
-bool shadow_frame_init(struct shadow_frame *frame, const struct state_light *light,
-                       const struct scene_state *state, int resolution)
+static bool init(struct shadow_frame *frame, const struct state_light *light,
+                 const struct caster_set *set, int resolution)
 {
+    const struct scene_state *state = set->state;
     *frame = (struct shadow_frame){.unit_m = state->unit_m};
     if (state->bounds_min[0] > state->bounds_max[0])
         return false;
     if (light->type == SCENE_LIGHT_DIRECTIONAL)
-        return init_orthographic(frame, light, light->direction, state, resolution);
+        return init_orthographic(frame, light, light->direction, set, resolution);
     struct caster_sphere sphere = {0};
-    if (!find_casters(light, state, &sphere))
+    if (!find_casters(light, set, &sphere))
         return false;
     if (sphere.distance > PARALLEL_RADII * sphere.radius) {
         double direction[3];
         vec3_sub(sphere.center, light->position, direction);
         vec3_normalize(direction);
-        return init_orthographic(frame, light, direction, state, resolution);
+        return init_orthographic(frame, light, direction, set, resolution);
     }
     init_perspective(frame, light, &sphere, resolution);
     return true;
+}
+
+bool shadow_frame_init(struct shadow_frame *frame, const struct state_light *light,
+                       const struct scene_state *state, int resolution)
+{
+    return init(frame, light, &(struct caster_set){.state = state}, resolution);
+}
+
+bool shadow_frame_init_with_grids(struct shadow_frame *frame, const struct state_light *light,
+                                  const struct scene_state *state, int resolution)
+{
+    return init(frame, light, &(struct caster_set){.state = state, .has_grids = true}, resolution);
 }
 
 void shadow_frame_face_turn(const struct shadow_frame *frame, uint32_t face, double rows[3][3])

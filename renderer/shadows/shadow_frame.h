@@ -29,6 +29,9 @@ struct shadow_frame {
  * that its rays are parallel is framed as a directional one. False when nothing casts. */
 bool shadow_frame_init(struct shadow_frame *frame, const struct state_light *light,
                        const struct scene_state *state, int resolution);
+/* The same where density grids cast as meshes do. */
+bool shadow_frame_init_with_grids(struct shadow_frame *frame, const struct state_light *light,
+                                  const struct scene_state *state, int resolution);
 
 /* Bit f is set when the item's bounds may touch face f. */
 uint32_t shadow_frame_faces(const struct shadow_frame *frame, const struct state_item *item);

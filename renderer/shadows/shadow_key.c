@@ -36,6 +36,10 @@ struct content_key shadow_key_of_map(const struct shadow_map *map,
         add_doubles(&key, &map->compression, 1);
         content_key_add_word(&key, (uint64_t)map->prefilter << 1 | map->has_media);
     }
+    for (size_t i = 0; map->holds_grids && i < state->grid_count; i++)
+        content_key_add_word(&key, state->grids[i].shadow_hash);
+    if (map->holds_grids)
+        add_doubles(&key, state->shadow_planes[0], 4 * state->shadow_plane_count);
     content_key_add_word(&key, map->plane_count);
     add_doubles(&key, map->planes[0], 4 * (size_t)map->plane_count);
     for (size_t i = 0; i < casters->count; i++) {

@@ -6,6 +6,7 @@
 
 #include "renderer/gl/buffer_fill.h"
 #include "renderer/shadows/shadow_deep.h"
+#include "renderer/shadows/shadow_linked_grids.h"
 #include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 
@@ -139,6 +140,24 @@ static size_t count_alike(struct shadow_build *const *builds, size_t count)
     return some;
 }
 
+/* The density grids of those lights that hold them, whose lists are bound. */
+static bool add_grids(const struct linked_job *job, struct shadow_build *const *builds,
+                      size_t count, const struct shadow_range *heads,
+                      const struct shadow_range *nodes, struct error *err)
+{
+    bool ok = true, is_waited_for = false;
+    for (size_t i = 0; ok && i < count; i++) {
+        if (!builds[i]->map->holds_grids)
+            continue;
+        if (!is_waited_for)
+            glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+        is_waited_for = true;
+        ok = shadow_linked_add_grids(job->builder->programs, builds[i], job->scene, heads->first,
+                                     nodes->first, err);
+    }
+    return ok;
+}
+
 /* Lights whose lists a storage block takes together, at a time. */
 static bool paint_lists(const struct linked_job *job, struct shadow_build *const *builds,
                         size_t count, struct error *err)
@@ -157,7 +176,8 @@ static bool paint_lists(const struct linked_job *job, struct shadow_build *const
             .store = job->builder->store,
             .first_count = heads.first,
             .first_event = nodes.first};
-        ok = caster_painter_paint(job->builder->painter, &desc, err);
+        ok = caster_painter_paint(job->builder->painter, &desc, err) &&
+             add_grids(job, builds + i, some, &heads, &nodes, err);
     }
     return ok;
 }

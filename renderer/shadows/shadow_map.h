@@ -36,6 +36,7 @@ struct shadow_map {
     const struct shadow_method *method; /* of its technique */
     uint32_t flags;                     /* SHADOW_FLAG_* */
     bool is_faithful;                   /* the structure as published */
+    bool holds_grids;                   /* density grids cast into its lists */
     bool keeps_exact;                   /* deep lists that were to be compressed, and cannot be */
     int resolution;
     struct shadow_window window;
@@ -85,6 +86,7 @@ struct shadow_casters { /* what one light meets */
     uint8_t *faces;     /* per item: bit f for face f */
     size_t count, capacity;
     size_t opaque_count, transparent_count;
+    size_t grid_count;                          /* density grids of the scene */
     uint32_t opaque_planes, transparent_planes; /* bits of state->shadow_planes: those that run
                                                    through casters of either kind */
     double farthest_m;                          /* no event of theirs is deeper */
@@ -106,11 +108,17 @@ struct shadow_build { /* a map that must be built in this frame */
     struct draw_placement placement; /* of the casters, about the frame's origin */
 };
 
+struct shadow_grids { /* density grids on the device, as lights/density_grids.glsl reads them */
+    const struct gl_texture *records, *bricks, *values;
+};
+
 struct shadow_scene { /* what the builders draw */
     const struct scene_gpu *gpu;
     const struct scene_state *state;
     struct draw_arena *arena;
     uint32_t blend_filter;
+    struct shadow_grids grids;         /* of maps that hold them */
+    const double *eye, (*eye_axes)[3]; /* likewise: the records' space, rows x, y, z */
 };
 
 #endif

@@ -7,13 +7,21 @@
 #include "renderer/shadows/shadow_casters.h"
 #include "renderer/shadows/technique.h"
 
+static bool look_at_scene(const struct shadow_needs_desc *desc, const struct state_light *light,
+                          struct shadow_frame *frame)
+{
+    return shadow_quality_holds_grids(desc->quality)
+               ? shadow_frame_init_with_grids(frame, light, desc->state, desc->resolution)
+               : shadow_frame_init(frame, light, desc->state, desc->resolution);
+}
+
 static bool decide(struct shadow_need *need, const struct shadow_needs_desc *desc, size_t light,
                    struct error *err)
 {
     const struct state_light *source = &desc->state->lights[light];
     need->is_unseen = desc->is_in_view && !desc->is_in_view[light];
     if (need->is_unseen || !source->casts_shadow || desc->quality->shadows == SHADOWS_NONE ||
-        !shadow_frame_init(&need->frame, source, desc->state, desc->resolution))
+        !look_at_scene(desc, source, &need->frame))
         return true;
     if (!shadow_casters_collect(&need->casters, &need->frame, desc->state, err))
         return false;

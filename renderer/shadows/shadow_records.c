@@ -14,8 +14,7 @@
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/records.h"
 
-/* Rows of eye_from_world. */
-static void get_eye_axes(const struct shadow_prepare_desc *desc, double axes[3][3])
+void shadow_eye_axes(const struct shadow_prepare_desc *desc, double axes[3][3])
 {
     memcpy(axes, desc->eye_axes, sizeof desc->eye_axes);
     if (vec3_length(axes[0]) > 0)
@@ -47,7 +46,7 @@ static void fill_record(const struct shadow_system *shadows, const struct shadow
     vec4 *axes[3] = {&record->axis_x, &record->axis_y, &record->axis_z};
     double from_eye[3], eye_axes[3][3];
     vec3_sub(desc->eye, frame->origin, from_eye);
-    get_eye_axes(desc, eye_axes);
+    shadow_eye_axes(desc, eye_axes);
     for (int k = 0; k < 3; k++) {
         for (int c = 0; c < 3; c++)
             axes[k]->v[c] = (float)vec3_dot(frame->axis[k], eye_axes[c]);

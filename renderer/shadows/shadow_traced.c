@@ -51,7 +51,7 @@ bool traced_shadows_begin(struct traced_shadows *traced, const struct traced_des
     traced_shadows_end(traced);
     take_finder(traced, desc);
     traced->visibility_lobes = desc->visibility_lobes;
-    traced->has_lights = false;
+    traced->has_lights = traced->has_fixed_points = false;
     for (size_t i = 0; i < rays->state->light_count; i++)
         traced->has_lights |= desc->finding.is_shadowed[i];
     traced->window_bytes = 0;
@@ -526,4 +526,5 @@ void traced_shadows_bind(const struct traced_shadows *traced, const struct gl_pr
     gl_texture_bind(&traced->table_view, UNIT_TRACED_POINTS);
     gl_texture_bind(&traced->filter_view, UNIT_TRACED_FILTERS);
     gl_program_set_u(program, "u_traced_first", (uint32_t)traced->window.layer_count);
+    gl_program_set_u(program, "u_area_fixed", traced->has_fixed_points);
 }

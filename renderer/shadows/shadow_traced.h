@@ -44,7 +44,8 @@ struct traced_shadows { /* zeroed before begin; buffers are kept between frames 
     struct yield_point yield;           /* of the frame */
     struct raytrace_stats stats;
 
-    bool has_lights; /* of the frame: some light's shadow is found */
+    bool has_lights;       /* of the frame: some light's shadow is found */
+    bool has_fixed_points; /* likewise: points of areas are the same at every pixel */
     /* Likewise: enum VISIBILITY_* of each point; 0: light of a map passes all. */
     uint32_t visibility_lobes;
 

@@ -461,8 +461,15 @@ static void tell_built(const struct shadow_system *shadows, const struct shadow_
 static bool build_all(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
                       struct error *err)
 {
-    struct shadow_scene scene = {desc->gpu, desc->state, desc->arena,
-                                 (uint32_t)desc->quality->blend_filter};
+    double eye_axes[3][3];
+    shadow_eye_axes(desc, eye_axes);
+    struct shadow_scene scene = {.gpu = desc->gpu,
+                                 .state = desc->state,
+                                 .arena = desc->arena,
+                                 .blend_filter = (uint32_t)desc->quality->blend_filter,
+                                 .grids = desc->grids,
+                                 .eye = desc->eye,
+                                 .eye_axes = eye_axes};
     struct shadow_progress *progress = shadows->progress;
     char opaque[REPORT_TEXT_BYTES], transparent[REPORT_TEXT_BYTES];
     struct time_slices slices = time_slices_begin(shadows->build_count, first_slice(desc), 1);
@@ -708,6 +715,12 @@ uint64_t shadow_system_peak_bytes(const struct shadow_system *shadows)
 uint32_t shadow_system_record(const struct shadow_system *shadows, size_t light)
 {
     return light < shadows->light_count ? shadows->light_records[light] : NO_SHADOW;
+}
+
+bool shadow_system_holds_grids(const struct shadow_system *shadows, size_t light)
+{
+    return light < shadows->light_count && shadows->light_maps[light] &&
+           shadows->light_maps[light]->holds_grids;
 }
 
 const char *shadow_system_defines(const struct shadow_system *shadows)

@@ -41,8 +41,9 @@ struct shadow_prepare_desc {
     const struct scene_gpu *gpu;
     const struct scene_state *state;
     struct draw_arena *arena;
-    double eye[3];         /* points that ask are relative to it ... */
-    double eye_axes[3][3]; /* ... along these rows, orthonormal; all 0: the world's */
+    double eye[3];             /* points that ask are relative to it ... */
+    double eye_axes[3][3];     /* ... along these rows, orthonormal; all 0: the world's */
+    struct shadow_grids grids; /* with the state's, where its quality holds them */
     const struct view_quality *quality;
     /* Of the state and quality; NULL: found here, for all lights. */
     const struct shadow_needs *needs;
@@ -97,6 +98,8 @@ void shadow_system_set_budget(struct shadow_system *shadows, uint64_t budget_byt
 uint64_t shadow_system_peak_bytes(const struct shadow_system *shadows);
 /* Index of the light's shadow_record, or NO_SHADOW. */
 uint32_t shadow_system_record(const struct shadow_system *shadows, size_t light);
+/* Whether density grids are in the structure of the light. */
+bool shadow_system_holds_grids(const struct shadow_system *shadows, size_t light);
 /* #define items for programs that include shaders/shadows/shadow_query.glsl, and their bindings. */
 const char *shadow_system_defines(const struct shadow_system *shadows);
 void shadow_system_bind(const struct shadow_system *shadows, const struct gl_program *program);

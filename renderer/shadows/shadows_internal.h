@@ -46,6 +46,9 @@ struct shadow_system {
     char defines[SHADOW_DEFINES_BYTES];
 };
 
+/* Rows of eye_from_world. */
+void shadow_eye_axes(const struct shadow_prepare_desc *desc, double axes[3][3]);
+
 /* The records of the frame's lights, on the device and bound, and the defines of their lookups. */
 MUST_CHECK bool shadow_records_upload(struct shadow_system *shadows,
                                       const struct shadow_prepare_desc *desc, struct error *err);

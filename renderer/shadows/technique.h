@@ -81,6 +81,9 @@ struct shadow_structure {
     bool follows_depths;  /* built after the opaque depths have left the target */
     /* Whether lists hold every transmittance as it is; NULL: with each quality. */
     bool (*is_exact)(const struct view_quality *quality);
+    /* Whether density grids cast into the lists; NULL: never, so that they shadow their light apart
+     * from the map. */
+    bool (*holds_grids)(const struct view_quality *quality);
     /* Completes the map, whose frame and clip planes stand. allowed_error: of lists that take the
      * place of exact ones, 0 for none. */
     void (*describe)(struct shadow_map *map, const struct shadow_casters *casters,
@@ -120,6 +123,13 @@ struct shadow_method {
     bool (*fits)(const struct scene_state *state, const struct state_item *item,
                  const struct view_quality *quality);
     const struct shadow_method *instead; /* required with `fits`; has none itself */
+    /* Whether the device has what a form of it takes, and the casters are such that it can follow
+     * them, else ERROR_UNSUPPORTED; NULL: always. Thread: any. */
+    bool (*check)(const struct scene_state *state, const struct view_quality *quality,
+                  const struct gl_limits *limits, struct error *err);
+    /* What is done in place of the form that was asked for, as a warning; NULL, of the function
+     * too: nothing. Thread: any. */
+    const char *(*fall_back)(const struct scene_state *state, const struct view_quality *quality);
 };
 
 extern const struct shadow_structure shadow_structure_map, shadow_structure_deep,
@@ -140,6 +150,8 @@ const struct shadow_method *shadow_method_of(enum shadow_technique technique);
 /* The technique of a light with these casters; NULL: it shines without a shadow. */
 const struct shadow_method *shadow_method_choose(const struct shadow_casters *casters,
                                                  const struct view_quality *quality);
+/* Whether density grids cast into the lists of lights with this quality. Thread: any. */
+bool shadow_quality_holds_grids(const struct view_quality *quality);
 /* Casters of the scene that do not fit; 0 of NULL. Thread: any. */
 size_t shadow_method_count_unfit(const struct shadow_method *method,
                                  const struct scene_state *state,

@@ -5,6 +5,7 @@
 #include "renderer/frame_report.h"
 #include "renderer/gl/buffer_fill.h"
 #include "renderer/shadows/shadow_deep.h"
+#include "renderer/shadows/shadow_linked_grids.h"
 #include "renderer/shadows/shadow_programs.h"
 #include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
@@ -14,15 +15,21 @@
 
 static bool wants(const struct shadow_casters *casters, const struct view_quality *quality)
 {
-    return casters->transparent_count > 0 || (quality->faithful && casters->count > 0);
+    return casters->transparent_count > 0 ||
+           (quality->faithful && (casters->count > 0 || casters->grid_count > 0));
+}
+
+static bool holds_grids(const struct view_quality *quality)
+{
+    return quality->faithful;
 }
 
 static void describe(struct shadow_map *map, const struct shadow_casters *casters,
                      const struct view_quality *quality, double allowed_error)
 {
-    (void)casters;
     (void)allowed_error;
     map->is_faithful = quality->faithful;
+    map->holds_grids = quality->faithful && casters->grid_count > 0;
 }
 
 static void add_features(struct shadow_features *features, const struct shadow_map *map)
@@ -38,6 +45,8 @@ static void list_insertion(const struct shadow_pass *pass, const struct shadow_l
     if (!listing->scans_on_host)
         buffer_fill_list_programs(pass->name, list);
     caster_list_programs(&view, listing->casters, pass->name, false, list);
+    if (view.map->holds_grids)
+        shadow_linked_list_grids(view.scene->state, list);
 }
 
 static void list_walk(const struct shadow_pass *pass, const struct shadow_listing *listing,
@@ -119,6 +128,7 @@ const struct shadow_structure shadow_structure_linked = {.scope = SHADOW_PER_LIG
                                                          .is_walked = true,
                                                          .follows_depths = true,
                                                          .is_exact = is_exact,
+                                                         .holds_grids = holds_grids,
                                                          .describe = describe,
                                                          .add_features = add_features,
                                                          .build = build,

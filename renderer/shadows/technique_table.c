@@ -60,6 +60,12 @@ const struct shadow_method *shadow_method_choose(const struct shadow_casters *ca
     return method;
 }
 
+bool shadow_quality_holds_grids(const struct view_quality *quality)
+{
+    const struct shadow_method *method = shadow_method_of(quality->shadows);
+    return method && method->structure->holds_grids && method->structure->holds_grids(quality);
+}
+
 bool shadow_wants_transparent(const struct shadow_casters *casters,
                               const struct view_quality *quality)
 {

@@ -9,6 +9,8 @@
 #include "renderer/scene/polygon_clip.h"
 #include "renderer/shadows/caster_filter.h"
 
+#include "shaders/shared/bindings.h"
+
 struct content_key volume_casters_key(const struct scene_state *state, const char *scene_key)
 {
     struct content_key key = content_key_begin();
@@ -202,12 +204,34 @@ static int compare(const void *a, const void *b)
     return x->triangle < y->triangle ? -1 : x->triangle > y->triangle;
 }
 
+static uint32_t parts_of(const uint32_t edge[4])
+{
+    return (edge[3] - 1) / VOLUME_PATCH_QUADS;
+}
+
+static bool find_parts(struct volume_casters *casters, struct error *err)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < casters->edge_count; i++)
+        count += parts_of(casters->edges[i]);
+    casters->parts = malloc((count + 1) * sizeof *casters->parts);
+    if (!casters->parts)
+        return error_set(err, ERROR_NO_MEMORY, "%zu parts of edges", count);
+    for (size_t i = 0; i < casters->edge_count; i++)
+        for (uint32_t k = 1; k <= parts_of(casters->edges[i]); k++) {
+            uint32_t *part = casters->parts[casters->part_count++];
+            part[0] = (uint32_t)i;
+            part[1] = k;
+        }
+    return true;
+}
+
 static bool find_edges(struct volume_casters *casters, struct error *err)
 {
     size_t count = 3 * casters->triangle_count;
     struct half_edge *halves = malloc((count + 1) * sizeof *halves);
     casters->sides = malloc((count + 1) * sizeof *casters->sides);
-    casters->edges = malloc((count + 1) * sizeof *casters->edges);
+    casters->edges = calloc(count + 1, sizeof *casters->edges);
     if (!halves || !casters->sides || !casters->edges) {
         free(halves);
         return error_set(err, ERROR_NO_MEMORY, "%zu edges of shadow volumes", count);
@@ -234,7 +258,7 @@ static bool find_edges(struct volume_casters *casters, struct error *err)
     }
     casters->side_count = count;
     free(halves);
-    return true;
+    return find_parts(casters, err);
 }
 
 bool volume_casters_init(struct volume_casters *casters, const struct scene_state *state,
@@ -257,6 +281,7 @@ void volume_casters_finish(struct volume_casters *casters)
     free(casters->edges);
     free(casters->sides);
     free(casters->triangles);
+    free(casters->parts);
     *casters = (struct volume_casters){.vertices = NULL};
 }
 
@@ -278,6 +303,42 @@ struct volume_weight volume_weight_of(const struct scene_state *state,
             weight.log2[k] = (uint32_t)rint(-log2(fmin(filter[k], 1)) * (1 << VOLUME_WEIGHT_BITS));
     }
     return weight;
+}
+
+size_t volume_group_of(const struct volume_weight *groups, size_t count,
+                       const struct volume_weight *weight)
+{
+    size_t i = 0;
+    while (i < count && memcmp(&groups[i], weight, sizeof *weight) != 0)
+        i++;
+    return i;
+}
+
+size_t volume_groups_find(const struct scene_state *state, enum view_blend_filter blend,
+                          struct volume_weight groups[VOLUME_GROUPS_MOST])
+{
+    size_t count = 0;
+    for (size_t i = 0; i < state->item_count; i++) {
+        if (!state->items[i].casts_shadow)
+            continue;
+        const struct volume_weight weight = volume_weight_of(state, &state->items[i], blend);
+        if (volume_group_of(groups, count, &weight) < count)
+            continue;
+        if (count == VOLUME_GROUPS_MOST)
+            return count + 1;
+        groups[count++] = weight;
+    }
+    return count;
+}
+
+bool volume_groups_check(size_t groups, enum view_silhouette_form form, struct error *err)
+{
+    if (form == VIEW_SILHOUETTE_COMPUTE || groups <= VOLUME_GROUPS_MOST)
+        return true;
+    return error_set(err, ERROR_UNSUPPORTED,
+                     "casters of more than %d filters: silhouette_form must be compute, which "
+                     "adds logarithms of them",
+                     (int)VOLUME_GROUPS_MOST);
 }
 
 double volume_weight_filter(const struct volume_weight *weight, int channel)

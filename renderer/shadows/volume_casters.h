@@ -16,7 +16,9 @@ struct volume_casters {       /* zeroed: none */
     uint32_t (*edges)[4];     /* low vertex, high vertex, first side, their number */
     uint32_t (*sides)[2];     /* of an edge: the vertex opposite; the triangle */
     uint32_t (*triangles)[4]; /* vertices; the item's number in the state */
-    size_t vertex_count, edge_count, side_count, triangle_count;
+    uint32_t (*parts)[2];     /* of edges with more sides than VOLUME_PATCH_QUADS: the edge, which
+                                 patch of them, from the second on */
+    size_t vertex_count, edge_count, side_count, triangle_count, part_count;
 };
 
 /* scene_key: of the scene in memory. */
@@ -35,6 +37,20 @@ struct volume_weight {
 /* item: of those that caster_filter_is_even knows. */
 struct volume_weight volume_weight_of(const struct scene_state *state,
                                       const struct state_item *item, enum view_blend_filter blend);
+/* Casters of one filter are a group, which has a counter of its own. More groups than these have
+ * none, and their filters are summed as `volume` does. */
+enum { VOLUME_GROUPS_MOST = 24 };
+/* Index of the group with this weight among `count` of them; `count`: there is none. */
+size_t volume_group_of(const struct volume_weight *groups, size_t count,
+                       const struct volume_weight *weight);
+/* The groups of all that casts shadows. Returns how many there are; of more than
+ * VOLUME_GROUPS_MOST it counts one and keeps none. */
+size_t volume_groups_find(const struct scene_state *state, enum view_blend_filter blend,
+                          struct volume_weight groups[VOLUME_GROUPS_MOST]);
+/* Whether so many groups go with faces that stages of the device draw, which have nothing but
+ * counters. Else ERROR_UNSUPPORTED. */
+MUST_CHECK bool volume_groups_check(size_t groups, enum view_silhouette_form form,
+                                    struct error *err);
 /* Of a channel, 0 to 2: the transmittance that it stands for. Of another: 1. */
 double volume_weight_filter(const struct volume_weight *weight, int channel);
 

@@ -12,12 +12,13 @@
 static const char *const labels[VOLUME_BUFFERS] = {
     [BUFFER_VERTICES] = "shadow.volume.vertices", [BUFFER_EDGES] = "shadow.volume.edges",
     [BUFFER_SIDES] = "shadow.volume.sides",       [BUFFER_TRIANGLES] = "shadow.volume.triangles",
-    [BUFFER_WEIGHTS] = "shadow.volume.items",     [BUFFER_REACH] = "shadow.volume.reach",
-    [BUFFER_LIGHTS] = "shadow.volume.lights",     [BUFFER_GROUPS] = "shadow.volume.groups",
-    [BUFFER_FACES] = "shadow.volume.faces",       [BUFFER_SPANS] = "shadow.volume.spans",
-    [BUFFER_SMALL] = "shadow.volume.small",       [BUFFER_TILES] = "shadow.volume.tiles",
-    [BUFFER_SIGNS] = "shadow.volume.signs",       [BUFFER_STARTS] = "shadow.volume.starts",
-    [BUFFER_SUMS] = "shadow.volume.sums",         [BUFFER_COUNTERS] = "shadow.volume.counters"};
+    [BUFFER_PARTS] = "shadow.volume.parts",       [BUFFER_WEIGHTS] = "shadow.volume.items",
+    [BUFFER_REACH] = "shadow.volume.reach",       [BUFFER_LIGHTS] = "shadow.volume.lights",
+    [BUFFER_GROUPS] = "shadow.volume.groups",     [BUFFER_FACES] = "shadow.volume.faces",
+    [BUFFER_SPANS] = "shadow.volume.spans",       [BUFFER_SMALL] = "shadow.volume.small",
+    [BUFFER_TILES] = "shadow.volume.tiles",       [BUFFER_SIGNS] = "shadow.volume.signs",
+    [BUFFER_STARTS] = "shadow.volume.starts",     [BUFFER_SUMS] = "shadow.volume.sums",
+    [BUFFER_COUNTERS] = "shadow.volume.counters"};
 
 static bool reserve(struct volumes *volumes, enum volume_buffer buffer, uint64_t bytes,
                     bool is_uploaded, struct error *err)
@@ -81,13 +82,15 @@ static bool take_casters(struct volumes *volumes, const struct shadow_finding *f
 static bool upload_casters(struct volumes *volumes, struct error *err)
 {
     const struct volume_casters *casters = &volumes->casters;
-    volumes->is_uploaded =
-        volumes->is_uploaded || (upload(volumes, BUFFER_EDGES, casters->edges,
-                                        casters->edge_count * sizeof *casters->edges, err) &&
-                                 upload(volumes, BUFFER_SIDES, casters->sides,
-                                        casters->side_count * sizeof *casters->sides, err) &&
-                                 upload(volumes, BUFFER_TRIANGLES, casters->triangles,
-                                        casters->triangle_count * sizeof *casters->triangles, err));
+    volumes->is_uploaded = volumes->is_uploaded ||
+                           (upload(volumes, BUFFER_EDGES, casters->edges,
+                                   casters->edge_count * sizeof *casters->edges, err) &&
+                            upload(volumes, BUFFER_SIDES, casters->sides,
+                                   casters->side_count * sizeof *casters->sides, err) &&
+                            upload(volumes, BUFFER_TRIANGLES, casters->triangles,
+                                   casters->triangle_count * sizeof *casters->triangles, err) &&
+                            upload(volumes, BUFFER_PARTS, casters->parts,
+                                   casters->part_count * sizeof *casters->parts, err));
     return volumes->is_uploaded;
 }
 
@@ -112,26 +115,9 @@ static bool upload_vertices(struct volumes *volumes, struct error *err)
     return ok;
 }
 
-/* The group of casters of one filter; `count`: there is none. */
-static size_t group_of(const struct volume_weight *kinds, size_t count,
-                       const struct volume_weight *weight)
+bool volumes_draw_counts(const struct volumes *volumes)
 {
-    size_t i = 0;
-    while (i < count && memcmp(&kinds[i], weight, sizeof *weight) != 0)
-        i++;
-    return i;
-}
-
-/* Returns how many there are; of more than VOLUME_GROUPS_MOST none is kept. */
-static size_t add_group(struct volume_weight *kinds, size_t count,
-                        const struct volume_weight *weight)
-{
-    size_t group = group_of(kinds, count, weight);
-    if (group < count)
-        return count;
-    if (count < VOLUME_GROUPS_MOST)
-        kinds[count] = *weight;
-    return count + 1;
+    return volumes->form == VOLUME_COUNTS && volumes->drawn_by != VIEW_SILHOUETTE_COMPUTE;
 }
 
 static bool upload_weights(struct volumes *volumes, enum view_blend_filter blend, struct error *err)
@@ -140,24 +126,28 @@ static bool upload_weights(struct volumes *volumes, enum view_blend_filter blend
     struct volume_weight *weights = calloc(state->item_count + 1, sizeof *weights);
     struct volume_weight kinds[VOLUME_GROUPS_MOST];
     float filters[VOLUME_GROUPS_MOST + VOLUME_BATCH][4];
-    size_t groups = 0;
+    const size_t groups = volume_groups_find(state, blend, kinds);
     if (!weights)
         return error_set(err, ERROR_NO_MEMORY, "%zu casters", state->item_count);
-    for (size_t i = 0; i < state->item_count; i++) {
-        if (!state->items[i].casts_shadow)
-            continue;
-        weights[i] = volume_weight_of(state, &state->items[i], blend);
-        if (groups <= VOLUME_GROUPS_MOST)
-            groups = add_group(kinds, groups, &weights[i]);
+    for (size_t i = 0; i < state->item_count; i++)
+        if (state->items[i].casts_shadow)
+            weights[i] = volume_weight_of(state, &state->items[i], blend);
+    if (volumes->form == VOLUME_COUNTS && !volume_groups_check(groups, volumes->drawn_by, err)) {
+        free(weights);
+        return false;
     }
-    volumes->group_count = volumes->counts_groups && groups <= VOLUME_GROUPS_MOST ? groups : 0;
+    volumes->group_count =
+        volumes->form == VOLUME_COUNTS && groups <= VOLUME_GROUPS_MOST ? groups : 0;
     for (size_t i = 0; i < volumes->group_count + VOLUME_BATCH; i++)
         for (int k = 0; k < 4; k++)
             filters[i][k] =
                 i < volumes->group_count ? (float)volume_weight_filter(&kinds[i], k) : 1;
     for (size_t i = 0; volumes->group_count && i < state->item_count; i++)
         weights[i] =
-            (struct volume_weight){.log2 = {(uint32_t)group_of(kinds, groups, &weights[i])}};
+            (struct volume_weight){.log2 = {(uint32_t)volume_group_of(kinds, groups, &weights[i])}};
+    memset(volumes->group_triangles, 0, sizeof volumes->group_triangles);
+    for (size_t i = 0; volumes->group_count && i < volumes->casters.triangle_count; i++)
+        volumes->group_triangles[weights[volumes->casters.triangles[i][3]].log2[0]]++;
     bool ok = upload(volumes, BUFFER_WEIGHTS, weights, state->item_count * sizeof *weights, err) &&
               upload(volumes, BUFFER_GROUPS, filters,
                      (volumes->group_count + VOLUME_BATCH) * sizeof *filters, err);
@@ -211,13 +201,28 @@ static double find_nudge(const struct scene_state *state)
     return 1e-6 * 0.5 * vec3_length(diagonal);
 }
 
+void volumes_place_light(const struct volumes *volumes, uint32_t light, float at[4], float *eye)
+{
+    const struct state_light *source = &volumes->state->lights[light];
+    const struct camera *camera = volumes->camera;
+    double axes[3][3], offset[3];
+    bool is_far = source->type == SCENE_LIGHT_DIRECTIONAL;
+    camera_axes(camera, axes);
+    vec3_sub(source->position, camera->eye, offset);
+    for (int k = 0; k < 3; k++)
+        at[k] = (float)(is_far ? -vec3_dot(axes[k], source->direction) : vec3_dot(axes[k], offset));
+    at[3] = !is_far;
+    /* so that no volume of a light at infinity is there */
+    *eye = is_far && at[2] < 0 ? -1 : 1;
+}
+
 bool volumes_begin(struct volumes *volumes, const struct shadow_finding *finding, struct error *err)
 {
     double begin_ms = wall_ms();
     volumes->state = finding->desc->state;
     volumes->camera = finding->desc->camera;
     volumes->nudge_m = find_nudge(volumes->state);
-    volumes->most_spans = volumes->most_tiles = 0;
+    volumes->most_spans = volumes->most_tiles = volumes->most_drawn = 0;
     bool ok = take_casters(volumes, finding, err) && upload_casters(volumes, err) &&
               upload_vertices(volumes, err) &&
               upload_weights(volumes, finding->desc->view->quality.blend_filter, err) &&

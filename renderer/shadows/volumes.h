@@ -11,7 +11,6 @@
 enum {
     VOLUME_BATCH = 6, /* groups that are counted at once */
     VOLUME_FACE_BYTES = 32,
-    VOLUME_GROUPS_MOST = 24, /* casters of more filters are summed as `volume` does */
 };
 
 /* Those before BUFFER_FACES are the frame's, the others a window's. */
@@ -20,6 +19,7 @@ enum volume_buffer {
     BUFFER_EDGES,
     BUFFER_SIDES,
     BUFFER_TRIANGLES,
+    BUFFER_PARTS,
     BUFFER_WEIGHTS,
     BUFFER_REACH,
     BUFFER_LIGHTS,
@@ -35,26 +35,51 @@ enum volume_buffer {
     VOLUME_BUFFERS
 };
 
+/* What holds the sums of a way. */
+enum volume_form {
+    VOLUME_SUMS,     /* integers: `volume` */
+    VOLUME_COUNTS,   /* integers for each filter: `silhouette` */
+    VOLUME_LOGS,     /* half floats, as published: logarithms that are added up, */
+    VOLUME_PRODUCTS, /* or factors that are multiplied */
+};
+
+/* Of VOLUME_LOGS and VOLUME_PRODUCTS: pictures of half floats, of surfaces and nearest layers. */
+struct volume_drawing {
+    struct gl_texture maps[2];
+    struct gl_framebuffer target;
+    struct gl_vertex_array corners; /* without attributes */
+    /* of counts, which are drawn into buffers */
+    struct gl_framebuffer window;
+    struct gl_texture stencil; /* of the window, if any */
+    int window_px[2];
+};
+
 struct volumes {
     struct volume_casters casters; /* kept while their key is the same */
     struct gl_buffer buffers[VOLUME_BUFFERS];
     bool is_uploaded; /* edges, sides and triangles are those of the casters */
     uint64_t span_room;
+    struct volume_drawing drawing;
 
     /* of the frame */
     const struct scene_state *state;
     const struct camera *camera;
-    bool *is_shadowed;   /* owned */
-    bool is_kept;        /* the casters stood already */
-    bool counts_groups;  /* `silhouette` */
-    uint64_t most_spans; /* of a pass */
+    bool *is_shadowed; /* owned */
+    bool is_kept;      /* the casters stood already */
+    enum volume_form form;
+    enum view_silhouette_form drawn_by; /* of VOLUME_COUNTS */
+    uint64_t most_spans;                /* of a pass */
     uint64_t most_tiles;
-    size_t group_count; /* 0: not counted by groups */
+    uint64_t most_drawn;                          /* pixels of pictures */
+    size_t group_count;                           /* 0: not counted by groups */
+    uint64_t group_triangles[VOLUME_GROUPS_MOST]; /* of each */
     double build_ms;
     double nudge_m;
 };
 
-/* Takes the casters of a frame: all that the buffers before BUFFER_FACES hold. counts_groups of
+/* Whether other stages than those of compute draw faces into counts. */
+bool volumes_draw_counts(const struct volumes *volumes);
+/* Takes the casters of a frame: all that the buffers before BUFFER_FACES hold. The form of
  * volumes is set. */
 MUST_CHECK bool volumes_begin(struct volumes *volumes, const struct shadow_finding *finding,
                               struct error *err);
@@ -62,5 +87,7 @@ MUST_CHECK bool volumes_begin(struct volumes *volumes, const struct shadow_findi
 MUST_CHECK bool volumes_reserve(struct volumes *volumes, enum volume_buffer buffer, uint64_t bytes,
                                 struct error *err);
 uint32_t volumes_reach_words(const struct scene_state *state); /* of a light */
+/* at: in view space, homogeneous; eye: u_eye of volume.glsl. */
+void volumes_place_light(const struct volumes *volumes, uint32_t light, float at[4], float *eye);
 
 #endif

@@ -2,10 +2,16 @@
 /* One message in, one picture, one message out. */
 #include "server/assembler/assembler.h"
 
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "protocol/limits.h"
+#include "protocol/provenance.h"
+#include "protocol/provenance_file.h"
 #include "renderer/image/image_join.h"
 #include "server/base/ipc.h"
 
@@ -28,11 +34,33 @@ static char **make_paths(const struct ipc_message *message, int count)
     return paths;
 }
 
+/* How the picture was made, by what its first tile says; NULL where that says nothing. */
+static char *make_provenance(const char *path, const char *format, int quality)
+{
+    struct stat file;
+    const char *text;
+    size_t length;
+    char *made = NULL;
+    int fd = path ? open(path, O_RDONLY | O_CLOEXEC) : -1;
+    void *bytes = fd >= 0 && fstat(fd, &file) == 0 && file.st_size > 0
+                      ? mmap(NULL, (size_t)file.st_size, PROT_READ, MAP_PRIVATE, fd, 0)
+                      : MAP_FAILED;
+    if (fd >= 0)
+        close(fd);
+    if (bytes == MAP_FAILED)
+        return NULL;
+    if (provenance_find(bytes, (size_t)file.st_size, &text, &length))
+        made = provenance_of_picture(text, length, format, quality);
+    munmap(bytes, (size_t)file.st_size);
+    return made;
+}
+
 static bool assemble(const struct ipc_message *message, struct error *err)
 {
     struct image_join_desc desc = {.columns = integer_of(message->json, "columns"),
                                    .rows = integer_of(message->json, "rows"),
-                                   .quality = integer_of(message->json, "quality")};
+                                   .quality = integer_of(message->json, "quality"),
+                                   .description = "Rendered by Vitrail " VITRAIL_VERSION};
     const char *format = json_string_value(json_object_get(message->json, "format"));
     if (message->fd_count != FD_COUNT || !format || !image_format_from_name(format, &desc.format) ||
         desc.columns < 1 || desc.rows < 1 || desc.columns > LIMIT_PICTURE_TILES / desc.rows)
@@ -44,8 +72,11 @@ static bool assemble(const struct ipc_message *message, struct error *err)
     for (int i = 0; is_good && i < count; i++)
         is_good = paths[i];
     desc.paths = (const char *const *)paths;
+    char *provenance = is_good ? make_provenance(paths[0], format, desc.quality) : NULL;
+    desc.provenance = provenance;
     is_good = is_good ? image_join(&desc, err)
                       : error_set(err, ERROR_NO_MEMORY, "paths of %d tiles", count);
+    free(provenance);
     for (int i = 0; paths && i < count; i++)
         free(paths[i]);
     free(paths);

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* The decoder: the job is received, libraries that it needs are warmed up, the cage closes, and
- * only then is the upload parsed. */
+/* The decoder: the job is received, libraries that it needs are loaded, the cage closes, and only
+ * then is the upload parsed. */
 #include "server/decoder/decoder.h"
 
 #include <assert.h>
 #include <errno.h>
-#include <poll.h>
+#include <fcntl.h>
+#include <malloc.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -22,10 +23,7 @@
 #include "server/mapping/scene_mapping.h"
 
 enum { FD_SPOOL, FD_BLOB, FD_SUMMARY, FD_COUNT };
-enum {
-    ADVANCE_MS = 200, /* between two messages of how far it is */
-    CALM_MS = 2000,   /* without a job, until libraries are loaded that the next may not need */
-};
+enum { ADVANCE_MS = 200 }; /* between two messages of how far it is */
 
 struct decode_work {
     int socket; /* of the front */
@@ -33,7 +31,6 @@ struct decode_work {
     struct ipc_mapping spool;
     struct scene_file *files; /* names and bytes are borrowed from job and spool */
     size_t file_count;
-    bool is_warm;
 };
 
 /* A map of 1 x 1 texel: HDR is read, but never written. */
@@ -46,25 +43,19 @@ static void warm_up_hdr(void)
         image_finish(&back);
 }
 
-/* One image of each format goes there and back, so that plugins, locales and threads are in place
- * before the cage forbids to load them. */
-static void warm_up(void)
+static void warm_up_exr(void)
 {
-    warm_up_hdr();
-    for (int format = 0; format < IMAGE_FORMAT_COUNT; format++) {
-        bool is_float = format == IMAGE_FORMAT_EXR;
-        struct image image = {0}, back = {0};
-        void *bytes = NULL;
-        size_t size_bytes = 0;
-        if (image_init(&image, 2, 2, 4, is_float ? IMAGE_F32 : IMAGE_U8, NULL) &&
-            image_encode(&image, &(struct image_encode_desc){.format = (enum image_format)format},
-                         &bytes, &size_bytes, NULL) &&
-            image_decode(bytes, size_bytes, &(struct image_decode_desc){.keep_float = is_float},
-                         &back, NULL))
-            image_finish(&back);
-        free(bytes);
-        image_finish(&image);
-    }
+    struct image image = {0}, back = {0};
+    void *bytes = NULL;
+    size_t size_bytes = 0;
+    if (image_init(&image, 2, 2, 4, IMAGE_F32, NULL) &&
+        image_encode(&image, &(struct image_encode_desc){.format = IMAGE_FORMAT_EXR}, &bytes,
+                     &size_bytes, NULL) &&
+        image_decode(bytes, size_bytes, &(struct image_decode_desc){.keep_float = true}, &back,
+                     NULL))
+        image_finish(&back);
+    free(bytes);
+    image_finish(&image);
 }
 
 /* The table of files; every range is checked against the spool. */
@@ -115,14 +106,17 @@ static bool is_scene(const struct decode_work *work)
     return kind && strcmp(kind, "scene") == 0;
 }
 
-/* What reads the files is loaded before the cage closes: the converter of the format by its name
- * alone, and what decodes images where there may be some. */
+/* What reads the files is loaded before the cage forbids to load more: the converter of the format
+ * by its name alone; and for an environment map the image library with its plugins and locales, by
+ * an image of each format that it reads. Textures need nothing that is not linked. */
 static bool prepare(const struct decode_work *work, struct error *err)
 {
     struct scene_import_desc desc = {.files = work->files, .file_count = work->file_count};
     read_reading(work, &desc);
-    if (!work->is_warm && (!is_scene(work) || scene_import_may_have_images(&desc)))
-        warm_up();
+    if (!is_scene(work)) {
+        warm_up_hdr();
+        warm_up_exr();
+    }
     return scene_import_prepare(desc.format, err);
 }
 
@@ -192,8 +186,12 @@ static bool write_blob(void *context, uint64_t offset_bytes, const void *bytes, 
                        struct error *err)
 {
     const struct outcome *outcome = context;
-    return ipc_pwrite_all(outcome->blob_fd, bytes, size_bytes, offset_bytes, err) ||
-           error_wrap(err, "storing the scene");
+    if (!ipc_pwrite_all(outcome->blob_fd, bytes, size_bytes, offset_bytes, err))
+        return error_wrap(err, "storing the scene");
+    /* The disk begins while the next image is decoded; the front waits for it at the end. */
+    (void)sync_file_range(outcome->blob_fd, (off_t)offset_bytes, (off_t)size_bytes,
+                          SYNC_FILE_RANGE_WRITE);
+    return true;
 }
 
 /* The last bytes may be a gap. */
@@ -266,19 +264,11 @@ static bool answer(int socket, const struct error *problem)
                            : json_pack("{s:o}", "error", ipc_error_to_json(problem)));
 }
 
-/* Images take most of the time in which libraries load, and most scenes have some: a spare decoder
- * is ready for them, unless uploads come one upon the other. */
-static bool waits_in_calm(int socket)
-{
-    return poll(&(struct pollfd){.fd = socket, .events = POLLIN}, 1, CALM_MS) == 0;
-}
-
 int decoder_main(int socket)
 {
+    mallopt(M_ARENA_MAX, 1); /* one for each thread would take 64 MiB of the limit each */
     struct error problem = {0};
-    struct decode_work work = {.socket = socket, .is_warm = waits_in_calm(socket)};
-    if (work.is_warm)
-        warm_up();
+    struct decode_work work = {.socket = socket};
     if (ipc_receive(socket, &work.job, &problem) != IPC_MESSAGE ||
         !say(socket, json_pack("{s:b}", "began", 1)))
         return EXIT_FAILURE;

@@ -156,27 +156,11 @@ void farm_job_set_chosen(struct farm_job *job, char *chosen)
     job->record.chosen = chosen;
 }
 
-static int whole_of(const json_t *chosen, const char *key)
-{
-    const json_t *number = json_object_get(chosen, key);
-    return json_is_integer(number) && json_integer_value(number) > 0
-               ? (int)json_integer_value(number)
-               : 0;
-}
-
 /* All frames of a shot have the settings of its first one: they would flicker otherwise. */
 static void apply_chosen(const struct farm_job *job, struct request_quality *quality)
 {
     const json_t *chosen = json_object_get(job->chosen_json, "chosen");
-    const char *name = json_string_value(json_object_get(chosen, "shadows"));
-    const struct quality_setting setting = {
-        .shadows = name ? shadow_technique_find(name) : SHADOWS_COUNT,
-        .shadow_resolution = whole_of(chosen, "shadow_resolution"),
-        .shadow_taps = whole_of(chosen, "shadow_taps"),
-        .samples = whole_of(chosen, "samples"),
-        .shadow_compression = json_number_value(json_object_get(chosen, "shadow_compression")),
-        .shadow_prefilter = whole_of(chosen, "shadow_prefilter"),
-    };
+    const struct quality_setting setting = tradeoff_setting_from_json(chosen);
     if (setting.shadows != SHADOWS_COUNT)
         request_quality_set(quality, &setting);
 }

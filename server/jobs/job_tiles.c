@@ -134,7 +134,6 @@ void farm_tiles_request(const struct farm_job *job, int tile, struct render_requ
     render->tile = picture_tiles_get(&job->tiles, tile);
     render->format = render->format == REQUEST_FORMAT_EXR ? REQUEST_FORMAT_EXR : REQUEST_FORMAT_PNG;
     render->quality_percent = 0;
-    render->omits_provenance = true; /* that of a tile is not that of the picture */
 }
 
 /* ---- files ---- */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* A row is an array: the technique's name, resolution, taps, samples, compression, prefilter, time,
- * and the error, or null where that is not known. */
+ * the error, or null where that is not known, atmosphere samples, and transparency. */
 #include "server/mapping/choice_offer.h"
 
 #include <math.h>
@@ -8,10 +8,11 @@
 static json_t *row_to_json(const struct choice_row *row)
 {
     const struct quality_setting *setting = &row->setting;
-    return json_pack("[s,i,i,i,f,i,f,o]", shadow_technique_name((int)setting->shadows),
+    return json_pack("[s,i,i,i,f,i,f,o,i,i]", shadow_technique_name((int)setting->shadows),
                      setting->shadow_resolution, setting->shadow_taps, setting->samples,
                      setting->shadow_compression, setting->shadow_prefilter, row->ms,
-                     isfinite(row->error) ? json_real(row->error) : json_null());
+                     isfinite(row->error) ? json_real(row->error) : json_null(),
+                     setting->atmosphere_samples, (int)setting->transparency);
 }
 
 static json_t *rows_to_json(const struct choice_rows *rows)
@@ -38,14 +39,17 @@ static bool row_from_json(json_t *json, struct choice_row *row)
     struct quality_setting *setting = &row->setting;
     const char *shadows;
     json_t *error;
-    if (json_unpack(json, "[s,i,i,i,F,i,F,o]", &shadows, &setting->shadow_resolution,
+    int transparency;
+    if (json_unpack(json, "[s,i,i,i,F,i,F,o,i,i]", &shadows, &setting->shadow_resolution,
                     &setting->shadow_taps, &setting->samples, &setting->shadow_compression,
-                    &setting->shadow_prefilter, &row->ms, &error) != 0)
+                    &setting->shadow_prefilter, &row->ms, &error, &setting->atmosphere_samples,
+                    &transparency) != 0)
         return false;
+    setting->transparency = (enum transparency)transparency;
     setting->shadows = shadow_technique_find(shadows);
     row->error = json_is_number(error) ? json_number_value(error) : INFINITY;
     row->bytes = 0;
-    return setting->shadows != SHADOWS_COUNT;
+    return setting->shadows != SHADOWS_COUNT && transparency_name(transparency);
 }
 
 static bool rows_from_json(const json_t *list, struct choice_rows *rows)

@@ -5,13 +5,15 @@
 #ifndef VITRAIL_SERVER_MAPPING_CHOICE_OFFER_H
 #define VITRAIL_SERVER_MAPPING_CHOICE_OFFER_H
 
+#include <assert.h>
 #include <jansson.h>
 
 #include "protocol/error.h"
 #include "protocol/tradeoff.h"
 #include "renderer/cost/choice.h"
 
-enum { CHOICE_ROWS_MAX = TRADEOFF_ROWS_MAX };
+enum { CHOICE_ROWS_MAX = CHOICE_ESTIMATES_MAX };
+static_assert((int)CHOICE_ROWS_MAX >= (int)TRADEOFF_ROWS_MAX, "measured rows do not fit");
 
 struct choice_rows { /* zeroed = none */
     struct choice_row rows[CHOICE_ROWS_MAX];

@@ -11,6 +11,7 @@
 
 static_assert((int)PLAN_NEED_COUNT <= (int)PLAN_DOCUMENT_REQUIREMENTS_MAX, "requirements fit");
 static_assert((int)PLAN_PASSES_MAX <= (int)PLAN_DOCUMENT_PASSES_MAX, "passes fit");
+static_assert((int)REPORT_WARNINGS_MAX <= (int)PLAN_DOCUMENT_WARNINGS_MAX, "warnings fit");
 static_assert((int)REPORT_TEXT_BYTES <= (int)PLAN_DOCUMENT_TEXT_BYTES, "reasons fit");
 static_assert((int)PROGRAM_ID_BYTES <= (int)PLAN_DOCUMENT_ID_BYTES, "names of programs fit");
 static_assert((int)PROGRAM_DEFINES_BYTES <= (int)PLAN_DOCUMENT_DEFINES_BYTES, "defines fit");
@@ -51,6 +52,13 @@ void plan_document_from_plan(const struct render_request *request, const struct 
         to->is_conditional = from->is_conditional;
         to->bytes = from->bytes;
     }
+}
+
+void plan_document_put_warnings(const struct frame_report *report, struct plan_document *document)
+{
+    document->warning_count = report->warning_count;
+    for (int i = 0; i < report->warning_count; i++)
+        snprintf(document->warnings[i], sizeof document->warnings[i], "%s", report->warnings[i]);
 }
 
 static bool fill_program(const struct listed_program *from, const char *device_defines, int pass,

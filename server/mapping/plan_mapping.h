@@ -10,6 +10,8 @@
 
 void plan_document_from_plan(const struct render_request *request, const struct plan *plan,
                              const char *device, struct plan_document *document);
+/* The warnings of the report. */
+void plan_document_put_warnings(const struct frame_report *report, struct plan_document *document);
 
 /* Those of the list whose pass the plan has, in the order of the passes; composes the source of
  * each for its name. Owned by the caller; NULL with err. */

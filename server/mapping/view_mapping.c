@@ -40,6 +40,7 @@ SAME(REQUEST_LIGHT_LISTS_LINKED, VIEW_LIGHT_LISTS_LINKED);
 SAME(REQUEST_BLEND_TINT, VIEW_BLEND_TINT);
 SAME(REQUEST_BLEND_COVERAGE, VIEW_BLEND_COVERAGE);
 SAME(REQUEST_BLEND_KIM, VIEW_BLEND_KIM);
+SAME(REQUEST_BLEND_MODISETT, VIEW_BLEND_MODISETT);
 SAME(REQUEST_OUTPUT_COLOR, VIEW_OUTPUT_COLOR);
 SAME(REQUEST_OUTPUT_DEPTH, VIEW_OUTPUT_DEPTH);
 SAME(REQUEST_OUTPUT_NORMAL, VIEW_OUTPUT_NORMAL);
@@ -50,6 +51,7 @@ SAME(REQUEST_OUTPUT_POSITION, VIEW_OUTPUT_POSITION);
 SAME(REQUEST_OUTPUT_TRANSMITTANCE, VIEW_OUTPUT_TRANSMITTANCE);
 SAME(REQUEST_OUTPUT_LIGHTS, VIEW_OUTPUT_LIGHTS);
 SAME(REQUEST_OUTPUT_LAYERS, VIEW_OUTPUT_LAYERS);
+SAME(REQUEST_OUTPUT_OPTICAL_DEPTH, VIEW_OUTPUT_OPTICAL_DEPTH);
 SAME(REQUEST_OUTPUT_COUNT, VIEW_OUTPUT_COUNT);
 SAME(REQUEST_TONE_NEUTRAL, TONE_MAPPING_NEUTRAL);
 SAME(REQUEST_TONE_NONE, TONE_MAPPING_NONE);
@@ -211,6 +213,8 @@ void view_quality_from_request(const struct request_quality *from, struct view_q
         .transparency = from->transparency,
         .light_lists = (enum view_light_lists)from->light_lists,
         .blend_filter = (enum view_blend_filter)from->blend_filter,
+        .volume_map = (enum view_volume_map)from->volume_map,
+        .silhouette_form = (enum view_silhouette_form)from->silhouette_form,
         .refraction = (enum view_refraction)from->refraction,
         .refraction_samples = from->refraction_samples,
         .shadow_resolution = from->shadow_resolution,

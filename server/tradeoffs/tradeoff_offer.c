@@ -8,12 +8,15 @@
 #include "server/mapping/choice_offer.h"
 #include "server/tradeoffs/tradeoffs_internal.h"
 
-static void add_rows(struct choice_rows *rows, const struct tradeoff *document, bool is_warm)
+/* Rows of other methods for transparent surfaces count for the view that was measured alone: their
+ * error is one of order, which another camera sees otherwise. */
+static void add_rows(struct choice_rows *rows, const struct tradeoff *document, bool is_of_view,
+                     bool is_warm)
 {
     for (int i = 0; i < document->row_count; i++) {
         const struct tradeoff_row *row = &document->rows[i];
         const struct tradeoff_times *times = is_warm ? &row->warm : &row->cold;
-        if (times->count > 0)
+        if (times->count > 0 && (is_of_view || row->setting.transparency == TRANSPARENCY_AUTO))
             rows->rows[rows->count++] = (struct choice_row){
                 .setting = row->setting,
                 .ms = tradeoff_times_max(times),
@@ -51,7 +54,7 @@ static void find_measured(struct tradeoffs *tradeoffs, const struct tradeoff_vie
         best_ratio = ratio;
     }
     if (best)
-        add_rows(rows, best, is_warm);
+        add_rows(rows, best, key != NULL, is_warm);
     for (size_t i = 0; best && i < rows->count; i++)
         rows->rows[i] = choice_scale(&rows->rows[i], (double)best->width * best->height, pixels);
     pthread_mutex_unlock(&tradeoffs->mutex);

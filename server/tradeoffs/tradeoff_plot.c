@@ -32,6 +32,7 @@ enum {
 #define A_KEY "class=\"key\" font-size=\"13\" fill=\"" INK "\""
 #define A_LABEL "class=\"label\" font-size=\"11\" fill=\"" INK "\"" /* FONT_PX */
 #define A_LEADER "class=\"leader\" stroke=\"" DIM "\" stroke-width=\".7\""
+#define A_MEDIA "class=\"media\" fill=\"none\" stroke=\"" DIM "\" stroke-width=\"1\""
 #define A_FRONT                                                              \
     "class=\"front\" fill=\"none\" stroke=\"" INK "\" stroke-width=\"1.5\" " \
     "stroke-dasharray=\"5 3\""
@@ -326,6 +327,35 @@ static void write_front(struct plot *plot, const int *front, int count)
     fputs("\"/>\n", plot->out);
 }
 
+/* ---- settings that differ in their atmosphere samples alone ---- */
+
+static bool is_same_but_media(const struct quality_setting *a, const struct quality_setting *b)
+{
+    return a->shadows == b->shadows && a->samples == b->samples &&
+           a->shadow_resolution == b->shadow_resolution && a->shadow_taps == b->shadow_taps &&
+           a->shadow_compression == b->shadow_compression &&
+           a->shadow_prefilter == b->shadow_prefilter && a->transparency == b->transparency;
+}
+
+/* A thread from the row of the default to each of fewer or more. False where it has none. */
+static bool write_media_threads(struct plot *plot, int base)
+{
+    const struct tradeoff_row *rows = plot->tradeoff->rows, *from = &rows[base];
+    bool has_any = false;
+    if (from->setting.atmosphere_samples || !is_shown(from))
+        return false;
+    for (int i = 0; i < plot->tradeoff->row_count; i++) {
+        if (i == base || !is_shown(&rows[i]) ||
+            !is_same_but_media(&rows[i].setting, &from->setting))
+            continue;
+        fprintf(plot->out, "<path " A_MEDIA " d=\"M%.1f %.1fL%.1f %.1f\"/>\n",
+                to_x(plot, row_ms(from)), to_y(plot, row_error(plot, from)),
+                to_x(plot, row_ms(&rows[i])), to_y(plot, row_error(plot, &rows[i])));
+        has_any = true;
+    }
+    return has_any;
+}
+
 /* ---- labels ---- */
 
 static bool is_free(const struct plot *plot, const struct box *box)
@@ -341,23 +371,26 @@ static bool is_free(const struct plot *plot, const struct box *box)
     return true;
 }
 
-static void write_short_label(const struct quality_setting *setting, char text[64])
+static void write_short_label(const struct quality_setting *setting,
+                              char text[TRADEOFF_LABEL_BYTES])
 {
-    char lists[32];
-    tradeoff_lists_label(setting, lists);
+    char extras[TRADEOFF_EXTRAS_BYTES], media[TRADEOFF_MEDIA_BYTES];
+    tradeoff_extras_label(setting, extras);
+    tradeoff_media_label(setting, media);
+    const char *name = shadow_technique_name((int)setting->shadows);
     if (setting->shadow_resolution)
-        snprintf(text, 64, "%s %d, %d taps%s, ×%d", shadow_technique_name((int)setting->shadows),
-                 setting->shadow_resolution, setting->shadow_taps, lists, setting->samples);
+        snprintf(text, TRADEOFF_LABEL_BYTES, "%s %d, %d taps%s, ×%d%s", name,
+                 setting->shadow_resolution, setting->shadow_taps, extras, setting->samples, media);
     else
-        snprintf(text, 64, "%s ×%d", shadow_technique_name((int)setting->shadows),
-                 setting->samples);
+        snprintf(text, TRADEOFF_LABEL_BYTES, "%s%s%s×%d%s", name, extras, *extras ? ", " : " ",
+                 setting->samples, media);
 }
 
 /* Tries places around the point, ever farther; a point in a crowd goes without a label. */
 static void write_label(struct plot *plot, const struct tradeoff_row *row)
 {
     static const double places[][2] = {{1, -1}, {1, 1}, {-1, -1}, {-1, 1}, {1, 0}, {-1, 0}};
-    char text[64];
+    char text[TRADEOFF_LABEL_BYTES];
     write_short_label(&row->setting, text);
     double x = to_x(plot, row_ms(row)), y = to_y(plot, row_error(plot, row));
     double width = 0.56 * FONT_PX * (double)strlen(text), height = FONT_PX + 2;
@@ -381,7 +414,7 @@ static void write_label(struct plot *plot, const struct tradeoff_row *row)
     }
 }
 
-static void write_legend(struct plot *plot)
+static void write_legend(struct plot *plot, bool has_threads)
 {
     FILE *out = plot->out;
     bool is_used[SHADOWS_COUNT] = {false}, has_one = false;
@@ -406,6 +439,14 @@ static void write_legend(struct plot *plot)
                 y + 4);
         y += 22;
     }
+    if (has_threads) {
+        fprintf(out,
+                "<path " A_MEDIA " d=\"M%d %dh16\"/><text " A_KEY
+                " x=\"%d\" y=\"%d\">fewer or more</text><text " A_KEY
+                " x=\"%d\" y=\"%d\">media samples</text>\n",
+                x - 8, y, x + 14, y + 4, x + 14, y + 19);
+        y += 37;
+    }
     fprintf(out,
             "<path " A_FRONT " d=\"M%d %dh16\"/><text " A_KEY " x=\"%d\" y=\"%d\">nothing is "
             "faster</text><text " A_KEY " x=\"%d\" y=\"%d\">and as good</text>\n",
@@ -416,7 +457,7 @@ static void write_style(FILE *out)
 {
     fputs("<style>@media(prefers-color-scheme:dark){.plot .paper{fill:#17171b}"
           ".plot text{fill:#ececf1}.plot .tick,.plot .subtitle{fill:#a5a5b2}"
-          ".plot .grid{stroke:#2e2e36}.plot .frame,.plot .leader{stroke:#a5a5b2}"
+          ".plot .grid{stroke:#2e2e36}.plot .frame,.plot .leader,.plot .media{stroke:#a5a5b2}"
           ".plot .front{stroke:#ececf1}",
           out);
     for (int i = 0; i < MARKS; i++)
@@ -448,13 +489,16 @@ char *tradeoff_to_svg(const struct tradeoff *tradeoff)
     write_title(plot);
     write_frame(plot);
     int count = find_front(tradeoff, front);
+    bool has_threads = false;
     write_front(plot, front, count);
+    for (int i = 0; i < tradeoff->row_count; i++)
+        has_threads |= write_media_threads(plot, i);
     for (int i = 0; i < tradeoff->row_count; i++)
         if (is_shown(&tradeoff->rows[i]))
             write_point(plot, i);
     for (int i = 0; i < count; i++)
         write_label(plot, &tradeoff->rows[front[i]]);
-    write_legend(plot);
+    write_legend(plot, has_threads);
     fputs("</svg>\n", out);
     free(plot);
     if (fclose(out) == 0)

@@ -35,6 +35,8 @@ struct run {
     int height;
     int max_samples;
     bool has_grids;                     /* of the scene */
+    bool has_layers;                    /* transparent surfaces are in the picture */
+    unsigned layer_needs;               /* enum transparency_can, of them */
     double traced_ms;                   /* the whole reference */
     double frame_ms[TRADEOFF_ROWS_MAX]; /* of each row */
     int timed_rows;                     /* that have had their runs */
@@ -62,7 +64,11 @@ static void set_setting(struct run *run, const struct quality_setting *setting)
     quality->shadow_compression = setting->shadow_compression;
     quality->shadow_prefilter = setting->shadow_prefilter ? setting->shadow_prefilter : 1;
     quality->shadow_fallback = 0;
+    quality->transparency = run->entry->request.render.quality.transparency;
+    if (setting->transparency != TRANSPARENCY_AUTO)
+        quality->transparency = setting->transparency;
     quality->reference = false;
+    quality->atmosphere_samples = setting->atmosphere_samples;
     quality->area_samples = run->entry->request.render.quality.area_samples;
 }
 
@@ -138,6 +144,16 @@ static uint64_t count(const struct step_result *result, const char *key)
 
 /* ---- probe ---- */
 
+static bool probe_by(struct run *run, enum shadow_technique shadows, struct step_result *result)
+{
+    set_setting(run,
+                &(struct quality_setting){
+                    .shadows = shadows, .shadow_resolution = 256, .shadow_taps = 1, .samples = 1});
+    return must_step(run, json_pack("{s:s}", "step", "probe"), result);
+}
+
+/* Deep maps tell whether transparent things cast shadows. Scenes with more density grids than the
+ * rasteriser draws have rays alone, which need not know. */
 static bool probe(struct run *run)
 {
     struct step_result result;
@@ -145,14 +161,14 @@ static bool probe(struct run *run)
     struct request_resources resources;
     (void)!render_request_resources(&run->entry->request.render, &resources); /* it was checked */
     run->has_grids = tradeoffs_has_grids(run->tradeoffs, document->scene, &resources);
-    set_setting(run, &(struct quality_setting){.shadows = run->has_grids ? SHADOWS_RAYTRACED
-                                                                         : SHADOWS_RASTER_DEFAULT,
-                                               .shadow_resolution = 256,
-                                               .shadow_taps = 1,
-                                               .samples = 1});
     tell(run, TRADEOFF_STAGE_PROBE, 0);
-    bool is_good = must_step(run, json_pack("{s:s}", "step", "probe"), &result);
+    bool is_good = probe_by(run, SHADOWS_RASTER_DEFAULT, &result);
+    if (!is_good && run->has_grids) {
+        step_result_finish(&result);
+        is_good = probe_by(run, SHADOWS_RAYTRACED, &result);
+    }
     if (is_good) {
+        run->problem = (struct error){0};
         char device[TRADEOFF_DEVICE_BYTES] = "";
         tradeoffs_device_name(run->tradeoffs, device);
         pthread_mutex_lock(&run->tradeoffs->mutex);
@@ -164,6 +180,8 @@ static bool probe(struct run *run)
             json_is_true(json_object_get(result.measured, "transparent_casters"));
         pthread_mutex_unlock(&run->tradeoffs->mutex);
         run->max_samples = (int)count(&result, "max_samples");
+        run->has_layers = json_is_true(json_object_get(result.measured, "layers"));
+        run->layer_needs = (unsigned)count(&result, "layer_needs");
     }
     step_result_finish(&result);
     return is_good;
@@ -356,8 +374,11 @@ static void plan_settings(struct run *run)
         &(struct sweep_desc){.fixed = &run->entry->request.render.quality,
                              .has_shadows = document->shadowed_lights > 0,
                              .has_transparent_casters = document->has_transparent_casters,
+                             .has_lights = document->lights > 0,
                              .needs = render_request_needs(&run->entry->request.render) |
                                       (run->has_grids ? SHADOW_CAN_GRIDS : 0u),
+                             .has_layers = run->has_layers,
+                             .layer_needs = run->layer_needs,
                              .max_samples = run->max_samples,
                              .reference_samples = run->options.reference_samples,
                              .max_settings = run->options.max_settings},
@@ -396,20 +417,27 @@ static enum shadow_family family_of(const struct quality_setting *setting)
     return family == SHADOW_FAMILY_NONE ? SHADOW_FAMILY_MAPS : family;
 }
 
-/* Finds the setting's measured frame, else the last one of its technique or kind; -1: none. */
+/* How much the time of one says of that of another: 0: nothing. */
+static int likeness(const struct quality_setting *one, const struct quality_setting *other)
+{
+    if (family_of(one) != family_of(other))
+        return 0;
+    return 1 + 2 * (one->shadows == other->shadows) +
+           (one->atmosphere_samples == other->atmosphere_samples);
+}
+
+/* Finds the setting's measured frame, else the last one of those most like it; -1: none. */
 static int find_known(const struct run *run, int index)
 {
-    const struct quality_setting *setting = &run->settings[index];
-    int found = -1;
+    int found = -1, most = 1;
     if (run->known_ms[index] > 0)
         return index;
     for (int i = 0; i < run->planned; i++) {
-        if (run->known_ms[i] <= 0)
+        int like = likeness(&run->settings[i], &run->settings[index]);
+        if (run->known_ms[i] <= 0 || like < most)
             continue;
-        bool is_same = run->settings[i].shadows == setting->shadows;
-        bool is_kin = family_of(&run->settings[i]) == family_of(setting);
-        if (is_same || (is_kin && (found < 0 || run->settings[found].shadows != setting->shadows)))
-            found = i;
+        found = i;
+        most = like;
     }
     return found;
 }

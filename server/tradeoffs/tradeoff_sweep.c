@@ -15,8 +15,12 @@ struct swept_setting {
 /* A technique has at most 5 resolutions, 4 numbers of taps, 2 of samples, and compressed lists. */
 enum { TECHNIQUE_SETTINGS = 48 };
 
+/* In haze and smoke, each with fewer and with more atmosphere samples than the default, too. */
+enum { MEDIA_SETTINGS = 3 };
+
 struct sweep {
-    struct swept_setting items[SHADOWS_COUNT * TECHNIQUE_SETTINGS];
+    struct swept_setting
+        items[(SHADOWS_COUNT * TECHNIQUE_SETTINGS + TRANSPARENCIES_COUNT) * MEDIA_SETTINGS];
     int count;
 };
 
@@ -71,9 +75,13 @@ static void add_maps(struct sweep *sweep, const struct sweep_desc *desc,
                             (samples[s] == 1);
                 bool can_compress = shadow_technique_has(shadows, SHADOW_HAS_COMPRESSION);
                 add(sweep,
-                    (struct quality_setting){shadows, resolution, taps, samples[s],
-                                             can_compress ? fixed->shadow_compression : 0,
-                                             can_compress ? fixed->shadow_prefilter : 0},
+                    (struct quality_setting){
+                        .shadows = shadows,
+                        .shadow_resolution = resolution,
+                        .shadow_taps = taps,
+                        .samples = samples[s],
+                        .shadow_compression = can_compress ? fixed->shadow_compression : 0,
+                        .shadow_prefilter = can_compress ? fixed->shadow_prefilter : 0},
                     distance + steps);
             }
 }
@@ -98,10 +106,14 @@ static void add_approximate(struct sweep *sweep, const struct sweep_desc *desc,
         if (sample_count &&
             (!fixed->says_shadow_resolution || fixed->shadow_resolution == lists[i].resolution))
             add(sweep,
-                (struct quality_setting){
-                    shadows, lists[i].resolution,
-                    fixed->says_shadow_taps ? fixed->shadow_taps : SHADOW_TAPS_DEFAULT,
-                    samples[sample_count - 1], lists[i].compression, lists[i].prefilter},
+                (struct quality_setting){.shadows = shadows,
+                                         .shadow_resolution = lists[i].resolution,
+                                         .shadow_taps = fixed->says_shadow_taps
+                                                            ? fixed->shadow_taps
+                                                            : SHADOW_TAPS_DEFAULT,
+                                         .samples = samples[sample_count - 1],
+                                         .shadow_compression = lists[i].compression,
+                                         .shadow_prefilter = lists[i].prefilter},
                 i < 3 ? 1 : 2);
 }
 
@@ -179,6 +191,87 @@ static void add_all(struct sweep *sweep, const struct sweep_desc *desc)
                     add_technique(sweep, desc, (enum shadow_technique)i);
 }
 
+static bool is_nearer(const struct swept_setting *one, const struct swept_setting *other)
+{
+    bool has_map = shadow_technique_has(one->setting.shadows, SHADOW_HAS_MAP);
+    if (has_map != shadow_technique_has(other->setting.shadows, SHADOW_HAS_MAP))
+        return has_map;
+    return one->distance < other->distance;
+}
+
+/* The rasteriser's setting that is nearest to the default: that of maps before others. */
+static const struct swept_setting *nearest_raster(const struct sweep *sweep)
+{
+    const struct swept_setting *nearest = NULL;
+    for (int i = 0; i < sweep->count; i++) {
+        const struct swept_setting *item = &sweep->items[i];
+        bool is_raster = shadow_technique_family(item->setting.shadows) != SHADOW_FAMILY_RAYS;
+        if (is_raster && (!nearest || is_nearer(item, nearest)))
+            nearest = item;
+    }
+    return nearest;
+}
+
+/* The other methods for what is transparent to the camera, each once: what a method changes hardly
+ * depends on the shadows. */
+static void add_methods(struct sweep *sweep, const struct sweep_desc *desc)
+{
+    const struct swept_setting *nearest = nearest_raster(sweep);
+    if (!nearest || !desc->has_layers || desc->fixed->transparency != TRANSPARENCY_AUTO)
+        return;
+    unsigned needs = desc->layer_needs;
+    if (shadow_technique_family(nearest->setting.shadows) == SHADOW_FAMILY_POINTS)
+        needs |= TRANSPARENCY_CAN_TRACED_SHADOWS;
+    struct swept_setting base = *nearest;
+    for (int i = TRANSPARENCY_LISTS + 1; i < TRANSPARENCIES_COUNT; i++)
+        if (!(needs & ~transparency_rows[i].can)) {
+            base.setting.transparency = (enum transparency)i;
+            add(sweep, base.setting, base.distance + 1);
+        }
+}
+
+/* ---- haze and density grids ---- */
+
+static bool has_media(const struct sweep_desc *desc)
+{
+    return desc->needs & (SHADOW_CAN_ATMOSPHERE | SHADOW_CAN_GRIDS);
+}
+
+/* Beside the default. A grid has columns and slices by them; rays in density grids take them as
+ * points for each light, of which the default has 8 or 16. */
+static void find_atmosphere_samples(const struct sweep_desc *desc, enum shadow_technique shadows,
+                                    int *fewer, int *more)
+{
+    bool has_points =
+        shadow_technique_family(shadows) == SHADOW_FAMILY_RAYS && desc->needs & SHADOW_CAN_GRIDS;
+    bool has_haze = desc->needs & SHADOW_CAN_ATMOSPHERE;
+    *fewer = has_points && !has_haze ? GRID_POINTS_MANY / 2 : ATMOSPHERE_SLICES_FEWER;
+    *more = has_points ? has_haze ? ATMOSPHERE_SLICES_DEFAULT : 2 * GRID_POINTS_DEFAULT
+                       : ATMOSPHERE_SLICES_MORE;
+}
+
+/* Each setting is there with fewer and with more, a step farther from the default. */
+static void add_media(struct sweep *sweep, const struct sweep_desc *desc)
+{
+    int count = sweep->count, said = desc->fixed->atmosphere_samples;
+    if (!has_media(desc))
+        return;
+    for (int i = 0; i < count; i++) {
+        struct quality_setting setting = sweep->items[i].setting;
+        int distance = sweep->items[i].distance, fewer, more;
+        sweep->items[i].setting.atmosphere_samples = said;
+        if (said || !desc->has_lights)
+            continue;
+        find_atmosphere_samples(desc, setting.shadows, &fewer, &more);
+        setting.atmosphere_samples = fewer;
+        add(sweep, setting, distance + 1);
+        setting.atmosphere_samples = more;
+        add(sweep, setting, distance + 1);
+    }
+}
+
+/* ---- what is left out ---- */
+
 /* The names of techniques that can and have all of this, and cast shadows: "map, deep". */
 static void list_names(unsigned can, unsigned parameters, char text[SHADOW_TECHNIQUES_TEXT_BYTES])
 {
@@ -208,6 +301,12 @@ static void skip_techniques(const struct sweep_desc *desc, struct tradeoff *trad
     }
 }
 
+static void skip_media(const struct sweep_desc *desc, struct tradeoff *tradeoff)
+{
+    if (has_media(desc) && !desc->has_lights && !desc->fixed->atmosphere_samples)
+        tradeoff_skip(tradeoff, "atmosphere_samples", "no light shines in this view");
+}
+
 static int compare_settings(const void *left, const void *right)
 {
     const struct swept_setting *a = left, *b = right;
@@ -219,7 +318,10 @@ int tradeoff_sweep(const struct sweep_desc *desc,
 {
     struct sweep sweep = {.count = 0};
     add_all(&sweep, desc);
+    add_media(&sweep, desc);
+    add_methods(&sweep, desc);
     skip_techniques(desc, tradeoff);
+    skip_media(desc, tradeoff);
     if (desc->max_samples < 4 && !desc->fixed->samples)
         tradeoff_skip(tradeoff, "4 samples",
                       "the device cannot antialias transparent lists: 1 sample per pixel");

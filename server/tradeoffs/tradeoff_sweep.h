@@ -10,7 +10,10 @@ struct sweep_desc {
     const struct request_quality *fixed; /* required; what it says is not varied */
     bool has_shadows;                    /* a light casts one on something */
     bool has_transparent_casters;
-    unsigned needs;        /* enum shadow_can: what else the request asks of a technique */
+    bool has_lights; /* any that shines in the view: without, haze and grids have none to find */
+    unsigned needs;  /* enum shadow_can: what else the request asks of a technique */
+    bool has_layers; /* transparent surfaces are in the picture */
+    unsigned layer_needs;  /* enum transparency_can: what is asked of how they are drawn */
     int max_samples;       /* of the rasteriser at once, 1 or 4 */
     int reference_samples; /* 16, 64 or 256 */
     int max_settings;

@@ -16,13 +16,6 @@ enum {
     PROGRESS_EVERY_MS = 250,
 };
 
-/* Scales of moving frames. There are few, so that render targets are not created for each frame. */
-static const double scales[] = {1, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125, 0.1};
-enum { SCALES = sizeof scales / sizeof scales[0] };
-
-/* A larger scale is taken only when it promises to stay this far inside the budget. */
-static const double HEADROOM = 0.8;
-
 static const double FIRST_SCALE = 0.5;
 
 /* ---- frames ---- */
@@ -53,21 +46,6 @@ static void forget_frames(struct live *live)
 void live_finish(struct live *live)
 {
     forget_frames(live);
-}
-
-/* The largest scale that is expected to hold the budget. Cost is taken to grow with the number of
- * pixels, which overestimates it for smaller steps up and so errs on the side of the budget. */
-static double next_scale(double scale, double cost_ms, const struct view_stream *stream)
-{
-    double chosen = scales[SCALES - 1];
-    for (int i = SCALES - 1; i >= 0; i--) {
-        double ratio = scales[i] / scale;
-        double expected_ms = cost_ms * ratio * ratio;
-        double limit_ms = stream->budget_ms * (scales[i] > scale ? HEADROOM : 1);
-        if (expected_ms <= limit_ms)
-            chosen = scales[i];
-    }
-    return fmax(chosen, stream->min_scale);
 }
 
 /* ---- making frames ---- */
@@ -106,9 +84,10 @@ static void frame_done(void *context, struct view_image *image, enum view_image_
                                                  .is_refined = launch->kind == LIVE_REFINED,
                                                  .scale = live->pending_scale});
         count_frame(&views->totals, launch->kind);
+        const struct view_stream *stream = view_document_stream(view->document);
         if (launch->kind == LIVE_MOVING)
-            live->scale = next_scale(live->pending_scale, image->cost_ms,
-                                     view_document_stream(view->document));
+            live->scale = live_scale_next(&live->costs, live->pending_scale, image->cost_ms,
+                                          stream->budget_ms, stream->min_scale);
     } else if (!image && !is_unwanted) {
         live->problem = *problem;
         live->problem_number++;
@@ -371,8 +350,10 @@ struct watcher *watcher_create(struct views *views, const struct watcher_desc *d
         struct live *live = &view->live;
         *watcher = (struct watcher){
             .next = live->watchers, .view = view, .desc = *desc, .beat_ms = now_ms()};
-        if (live->watcher_count == 0)
+        if (live->watcher_count == 0) {
             live->scale = FIRST_SCALE;
+            live->costs = (struct live_scale){.count = 0};
+        }
         live->watchers = watcher;
         live->watcher_count++;
         live->active_count += !desc->is_passive;

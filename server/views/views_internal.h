@@ -6,6 +6,7 @@
 #include <pthread.h>
 
 #include "server/views/live.h"
+#include "server/views/live_scale.h"
 
 enum { ADDRESS_BYTES = 46 };
 
@@ -37,6 +38,7 @@ struct live {
     struct error problem;    /* of the last frame that failed */
     uint64_t problem_number;
     double scale;                 /* of moving frames */
+    struct live_scale costs;      /* of the last of them */
     struct job_progress progress; /* of the pending frame */
     uint64_t progress_number;
     int64_t progress_ms; /* when to look next how far it is */

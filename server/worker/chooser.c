@@ -15,14 +15,12 @@
 #include "protocol/utf8.h"
 #include "renderer/base/processors.h"
 #include "renderer/cost/workload.h"
-#include "renderer/scene/atmosphere_grid.h"
 #include "server/base/build_id.h"
 #include "server/base/processor.h"
 #include "server/mapping/choice_offer.h"
 #include "server/mapping/view_mapping.h"
 
 enum { KEY_BYTES = 1024, ERROR_TEXT_BYTES = 64 };
-static_assert((int)CHOICE_ROWS_MAX >= (int)CHOICE_ESTIMATES_MAX, "estimates do not fit");
 
 /* The sources of rows, the best first, each followed by its rows of more samples. */
 enum source {
@@ -51,32 +49,22 @@ struct choosing {
 
 /* ---- rows ---- */
 
-static double count_haze(const struct render_request *request)
-{
-    struct view view = {.width_px = request->width, .height_px = request->height};
-    const struct camera_window whole = camera_window_whole(view.width_px, view.height_px);
-    view.quality.atmosphere_samples = request->quality.atmosphere_samples;
-    const struct atmosphere_grid grid = atmosphere_grid_of(&view, &whole);
-    return (double)atmosphere_columns(&grid) * grid.slices;
-}
-
 static void estimate(struct choosing *choosing, const struct render_request *request)
 {
     const struct chooser_desc *desc = choosing->desc;
     struct candidates *candidates = &choosing->candidates;
     struct choice_frame frame = {
-        .pixels = (double)request->width * request->height,
+        .width_px = request->width,
+        .height_px = request->height,
         .lights = request->light_count,
         .triangles = choosing->offer.triangles,
         .peeled_sides = workload_peeled_sides(request->quality.transparency),
         .is_warm = desc->is_warm,
         .shadow_bytes = (double)desc->info->budget_bytes / 2, /* renderer/frame/renderer.c */
         .has_grids = choosing->offer.has_grids,
-        .atmosphere_samples = request->quality.atmosphere_samples,
+        .has_haze = request->atmosphere.density > 0,
         .speed = desc->automatic->speed,
     };
-    if (request->atmosphere.density > 0)
-        frame.haze_slices = count_haze(request);
     if (!request->ignore_scene_lights)
         frame.lights += choosing->offer.scene_lights;
     candidates->count = choice_estimate(&frame, &choosing->target, candidates->rows);
@@ -201,6 +189,10 @@ static void promise_from(const struct quality_target *target, const struct choic
     promise->chosen.shadow_compression = setting->shadow_compression;
     promise->chosen.shadow_prefilter = setting->shadow_prefilter;
     promise->chosen.samples = setting->samples;
+    promise->chosen.atmosphere_samples = setting->atmosphere_samples;
+    const char *method = tradeoff_method(setting);
+    utf8_copy(promise->chosen.transparency, sizeof promise->chosen.transparency,
+              method ? method : "");
     promise->chosen.expected_ms = choice->row->ms;
     promise->budget_ms = target->budget_ms;
     promise->chosen.source = source == SOURCE_VIEW    ? FRAME_CHOICE_MEASURED
@@ -221,6 +213,15 @@ static bool has_default_lists(const struct quality_setting *setting)
     return setting->shadow_compression <= 0 && setting->shadow_prefilter <= 1;
 }
 
+/* Rows of one technique may differ in it: they were measured in haze or smoke. */
+static bool varies_media(const struct choice_rows *measured)
+{
+    for (size_t i = 0; i < measured->count; i++)
+        if (measured->rows[i].setting.atmosphere_samples)
+            return true;
+    return false;
+}
+
 /* A sweep has plain maps where nothing transparent casts, and deep ones before plain ones
  * elsewhere: the first row is what frames of the candidate are. */
 static const struct choice_row *find_row(const struct choice_rows *measured,
@@ -228,13 +229,15 @@ static const struct choice_row *find_row(const struct choice_rows *measured,
                                          enum shadow_technique candidate)
 {
     int samples = quality_or(quality->samples, SAMPLES_DEFAULT);
+    bool has_media = varies_media(measured);
     for (size_t i = 0; i < measured->count; i++) {
         const struct quality_setting *setting = &measured->rows[i].setting;
         bool has_maps = shadow_technique_has(setting->shadows, SHADOW_HAS_MAP);
         if (setting->samples == samples && choice_candidate_of(setting->shadows) == candidate &&
             (!has_maps || (setting->shadow_resolution == quality->shadow_resolution &&
                            setting->shadow_taps == quality->shadow_taps)) &&
-            has_default_lists(setting))
+            has_default_lists(setting) && setting->transparency == TRANSPARENCY_AUTO &&
+            (!has_media || setting->atmosphere_samples == quality->atmosphere_samples))
             return &measured->rows[i];
     }
     return NULL;
@@ -301,6 +304,7 @@ static struct quality_target target_of(const struct render_request *request)
         .samples = quality->samples,
         .shadow_compression = quality->shadow_compression,
         .shadow_prefilter = quality->shadow_prefilter > 1 ? quality->shadow_prefilter : 0,
+        .transparency = quality->transparency,
         .needs = render_request_needs(request),
     };
 }
@@ -313,6 +317,8 @@ static void choose_for_target(struct choosing *choosing, struct render_request *
     struct choice choice = {0};
     choosing->target = target_of(request);
     choosing->target.needs |= choosing->offer.has_grids ? SHADOW_CAN_GRIDS : 0u;
+    if (choosing->target.needs & (SHADOW_CAN_ATMOSPHERE | SHADOW_CAN_GRIDS))
+        choosing->target.atmosphere_samples = request->quality.atmosphere_samples;
     for (int source = SOURCE_VIEW; !choice.row && source < SOURCE_COUNT; source++) {
         find_rows(choosing, request, (enum source)source);
         enum source found = (enum source)source;
@@ -422,8 +428,14 @@ void chooser_judge(struct time_estimator *estimator, const struct frame_promise 
         return;
     const struct time_estimator_frame frame = {
         .scene = stats->scene,
-        .setting = {shadows, chosen->shadow_resolution, chosen->shadow_taps, chosen->samples,
-                    chosen->shadow_compression, chosen->shadow_prefilter},
+        .setting = {.shadows = shadows,
+                    .shadow_resolution = chosen->shadow_resolution,
+                    .shadow_taps = chosen->shadow_taps,
+                    .samples = chosen->samples,
+                    .shadow_compression = chosen->shadow_compression,
+                    .shadow_prefilter = chosen->shadow_prefilter,
+                    .atmosphere_samples = chosen->atmosphere_samples,
+                    .transparency = transparency_find(chosen->transparency)},
         .is_warm = promise->is_warm,
         .base_ms = promise->base_ms,
         .is_measured = promise->is_measured,

@@ -44,7 +44,7 @@ struct encoder *encoder_create(const struct encoder_desc *desc, struct error *er
 void encoder_destroy(struct encoder *encoder); /* finishes what is queued; accepts NULL */
 void encoder_submit(struct encoder *encoder, struct encode_task *task); /* takes the task */
 
-/* Has the library of JPEG and EXR files loaded on a thread of its own, which lets others go first;
+/* Has the library of EXR files loaded on a thread of its own, which lets others go first;
  * once. Thread: one. */
 void encoder_warm_up(struct encoder *encoder);
 

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "renderer/gl/program_source.h"
+#include "renderer/plan/plan_warnings.h"
 #include "server/base/ipc.h"
 #include "server/mapping/format_mapping.h"
 #include "server/mapping/plan_mapping.h"
@@ -16,6 +17,7 @@
 struct explanation {
     struct auto_choice choice;
     struct plan plan;
+    struct frame_report report;             /* its warnings alone */
     struct program_list list;               /* finished by explain_frame */
     struct plan_document_program *programs; /* owned */
     size_t program_count;
@@ -32,6 +34,8 @@ static bool make_plan(const struct explain_desc *desc, struct explanation *made,
     bool is_good = chooser_choose_technique(desc->renderer, scene, &view, &made->choice, err) &&
                    renderer_explain(desc->renderer, scene, &view, &made->plan, err) &&
                    renderer_list_programs(desc->renderer, scene, &view, &made->list, err);
+    if (is_good)
+        plan_warn(&made->plan, (int)view.quality.transparency, &made->report);
     view_storage_finish(&storage);
     if (is_good)
         made->programs =
@@ -88,6 +92,7 @@ static char *write(const struct explain_desc *desc, const struct explanation *ma
     if (format == PLAN_FORMAT_GLSL)
         return write_sources(made, length, err);
     plan_document_from_plan(desc->request, &made->plan, desc->device, &document);
+    plan_document_put_warnings(&made->report, &document);
     document.programs = made->programs;
     document.program_count = made->program_count;
     return plan_document_write(&document, format, length);

@@ -27,6 +27,7 @@ static const char *const channel_names[VIEW_OUTPUT_COUNT][5] = {
     [VIEW_OUTPUT_TRANSMITTANCE] = {"transmittance.R", "transmittance.G", "transmittance.B"},
     [VIEW_OUTPUT_LIGHTS] = {"lights.count"},
     [VIEW_OUTPUT_LAYERS] = {"layers.count"},
+    [VIEW_OUTPUT_OPTICAL_DEPTH] = {"optical_depth.R", "optical_depth.G", "optical_depth.B"},
 };
 
 static size_t pixel_count(const struct image *image)
@@ -152,6 +153,22 @@ static bool show_linear(struct image *image, const struct image *rgb, struct err
     return is_good;
 }
 
+/* The share of light, in [0, 1], that an optical depth takes away: what is clear is black. */
+static bool show_optical_depth(struct image *image, const struct image *depth, struct error *err)
+{
+    struct image lost = {0};
+    if (!image_init(&lost, depth->width_px, depth->height_px, 3, IMAGE_F32, err))
+        return false;
+    const float *tau = depth->pixels;
+    float *share = lost.pixels;
+    size_t count = 3 * pixel_count(depth);
+    for (size_t i = 0; i < count; i++)
+        share[i] = -expm1f(-tau[i]);
+    bool is_good = show_linear(image, &lost, err);
+    image_finish(&lost);
+    return is_good;
+}
+
 /* A heat map on one scale for all images: black is 0, and each colour of the ramp is four times the
  * count of the one before it. */
 static bool show_counts(struct image *image, const struct image *counts, struct error *err)
@@ -226,6 +243,8 @@ static bool show(struct image *image, struct frame *frame, const struct render_r
     const struct image *output = &frame->outputs[only];
     if (only == VIEW_OUTPUT_ALBEDO || only == VIEW_OUTPUT_TRANSMITTANCE)
         return show_linear(image, output, err);
+    if (only == VIEW_OUTPUT_OPTICAL_DEPTH)
+        return show_optical_depth(image, output, err);
     if (only == VIEW_OUTPUT_LIGHTS || only == VIEW_OUTPUT_LAYERS)
         return show_counts(image, output, err);
     return show_ids(image, output, err);

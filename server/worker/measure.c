@@ -133,12 +133,13 @@ static json_t *probe(const struct measure_desc *desc, struct error *err)
         return NULL;
     renderer_get_info(desc->renderer, &info);
     bool can_antialias = info.max_samples >= 4;
-    json_t *result =
-        json_pack("{s:I,s:I,s:I,s:b,s:i,s:I,s:f}", "lights", (json_int_t)frame.report.counts.lights,
-                  "shadowed_lights", (json_int_t)frame.report.counts.shadowed_lights, "triangles",
-                  (json_int_t)frame.report.counts.triangles, "transparent_casters",
-                  frame.report.counts.events > 0, "max_samples", can_antialias ? 4 : 1,
-                  "processors", (json_int_t)processors_usable(), "ms", frame.report.total_ms);
+    json_t *result = json_pack(
+        "{s:I,s:I,s:I,s:b,s:b,s:I,s:i,s:I,s:f}", "lights", (json_int_t)frame.report.counts.lights,
+        "shadowed_lights", (json_int_t)frame.report.counts.shadowed_lights, "triangles",
+        (json_int_t)frame.report.counts.triangles, "transparent_casters",
+        frame.report.counts.events > 0, "layers", frame.report.has_layers, "layer_needs",
+        (json_int_t)frame.report.layer_needs, "max_samples", can_antialias ? 4 : 1, "processors",
+        (json_int_t)processors_usable(), "ms", frame.report.total_ms);
     frame_finish(&frame);
     return pack_or_fail(result, err);
 }

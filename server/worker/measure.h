@@ -26,6 +26,7 @@ struct measure_desc {
 /* "step" and its other members, and the members of the answer:
  *
  * probe      {}                      lights, shadowed_lights, triangles, transparent_casters,
+ *                                    layers, layer_needs (enum transparency_can),
  *                                    max_samples (per pixel, of the rasteriser), processors, ms
  * reference  {first_row, row_count}  build_ms, trace_ms: of these rows, written to the file
  * show       {}                      image: the reference as WebP

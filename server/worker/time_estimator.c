@@ -148,6 +148,8 @@ static struct learning_case case_of(const struct time_estimator_frame *frame)
     content_key_add_word(&key, (uint64_t)setting->samples);
     content_key_add_word(&key, setting->shadow_compression > 0);
     content_key_add_word(&key, (uint64_t)setting->shadow_prefilter);
+    content_key_add_word(&key, (uint64_t)setting->atmosphere_samples);
+    content_key_add_word(&key, (uint64_t)setting->transparency);
     content_key_add_word(&key, frame->is_warm);
     content_key_add_word(&key, frame->is_measured);
     if (frame->is_hazy)

@@ -7,6 +7,7 @@
 #ifdef HAS_AREA_SAMPLES
 layout(binding = UNIT_LIGHT_AREAS) uniform samplerBuffer u_light_areas; // struct area_record
 uniform uint u_area_samples;                                           // > 1
+uniform uint u_area_fixed;   // 1: the points are the same at every pixel, and of every light
 uniform uvec2 u_area_origin; // of the window's first column and row in the image, y down
 
 struct light_area {
@@ -14,6 +15,13 @@ struct light_area {
     bool is_disk;
     uint turn; // what the sequence is scrambled by
 };
+
+// place: of the pixel in the image.
+uint light_area_seed(uint light, uvec2 place)
+{
+    uint seed = ((place.x * 73856093u) ^ (place.y * 19349663u)) + 1u + light; // rt_job_seed
+    return u_area_fixed != 0u ? 1u : seed;
+}
 
 // Finaliser of Murmur3 (Appleby 2008).
 uint scatter_bits(uint x)
@@ -28,8 +36,8 @@ light_area light_area_of(uint light, uvec2 pixel)
     vec4 u = texelFetch(u_light_areas, int(2u * light));
     vec4 v = texelFetch(u_light_areas, int(2u * light + 1u));
     uvec2 place = uvec2(u_area_origin.x + pixel.x, u_area_origin.y - pixel.y);
-    uint seed = ((place.x * 73856093u) ^ (place.y * 19349663u)) + 1u + light; // rt_job_seed
-    return light_area(u.xyz, v.xyz, u.w > 0.0, scatter_bits(seed + 0x9e3779b9u));
+    return light_area(u.xyz, v.xyz, u.w > 0.0,
+                      scatter_bits(light_area_seed(light, place) + 0x9e3779b9u));
 }
 
 // Direction numbers of the polynomial x + 1 are Pascal's triangle modulo 2: five steps in place of

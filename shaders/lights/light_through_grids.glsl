@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What density grids let through of a light on its way to a point.
-// Needs: light_arriving.glsl, shading/density_grids.glsl.
+// Needs: light_arriving.glsl, lights/density_grids.glsl.
 vec3 light_through_grids(light_record r, vec3 position)
 {
     if (r.dims_in_grids == 0u)

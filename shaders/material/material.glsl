@@ -89,6 +89,7 @@ vec4 material_texel(uint m, int slot, vec2 uv_0, vec2 uv_1, vec4 otherwise)
 #define BLEND_TINT 0
 #define BLEND_COVERAGE 1
 #define BLEND_KIM 2
+#define BLEND_MODISETT 3
 
 // t^power; near 1 by the series of ln(1 + x), because f32's log has no digits left there and
 // grazing light raises to powers of up to a million. 0 stays 0.
@@ -123,7 +124,7 @@ vec3 material_filter(uint m, vec4 base, float transmission, float thickness_m, f
         else if (blend_filter == BLEND_COVERAGE)
             t = vec3(1.0 - a);
         else
-            t = (1.0 - a) * base.rgb;
+            t = (1.0 - a) * (blend_filter == BLEND_KIM ? 1.0 : 0.5) * base.rgb;
     }
     float c = clamp(n_dot_l, 1e-6, 1.0);
     if (MATERIAL_IS(r.flags, MATERIAL_PASS_SLAB))

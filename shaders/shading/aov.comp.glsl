@@ -3,7 +3,8 @@
 // output that was not asked for has no AT_ and leaves nothing behind (renderer/shading/aov.c).
 // Needs: AOV_WORDS, AT_*, SAMPLES, HAS_TRANSPARENT, HAS_GROUND (it is among these, and none of the
 // outputs knows it), IS_ORTHOGRAPHIC, those of media.glsl, and with
-// AT_LIGHTS HAS_LIGHTS and those of light_list.glsl.
+// AT_LIGHTS HAS_LIGHTS and those of light_list.glsl; with AT_OPTICAL_DEPTH HAS_HAZE and those of
+// density_grids.glsl.
 // Values are those of the nearest surface at the pixel's first sample, never averaged.
 #include "shared/layout.h"
 #include "shared/bindings.h"
@@ -28,11 +29,18 @@ uniform uint u_keys_offset;
 #if defined AT_LIGHTS && defined HAS_LIGHTS
 #include "lights/light_list.glsl"
 #endif
-#if defined AT_TRANSMITTANCE && defined HAS_TRANSPARENT
+#if defined HAS_TRANSPARENT && (defined AT_TRANSMITTANCE || defined AT_OPTICAL_DEPTH)
+#define FOLLOWS_LIST
 #include "material/filter_unpack.glsl"
 #define WALKS 1 // the first sample alone
 #include "material/media.glsl"
 layout(std430, binding = BIND_ENTRY_COLORS) readonly buffer color_buffer { vec4 colors[]; };
+#endif
+#ifdef HAS_HAZE
+#include "shading/atmosphere.glsl"
+#endif
+#ifdef GRID_COUNT
+#include "lights/density_grids.glsl"
 #endif
 
 #ifdef HAS_TRANSPARENT
@@ -61,13 +69,17 @@ bool is_shown(uvec4 key)
 }
 #endif
 
-#ifdef AT_TRANSMITTANCE
-#ifdef HAS_TRANSPARENT
-// As shade_pixels.comp.glsl composites them.
-vec3 transmittance_of_list(ivec2 pixel, uint first, uint end)
+#ifdef FOLLOWS_LIST
+struct list_seen {
+    vec3 share; // of light that filters let through
+    vec3 depth; // optical depth of media
+};
+
+// To the opaque surface, as shade_pixels.comp.glsl composites layers.
+list_seen follow_list(ivec2 pixel, uint first, uint end)
 {
     wide3 share = share_all();
-    vec3 through = vec3(1.0);
+    vec3 tau = vec3(0.0);
 #ifdef HAS_MEDIA
     float depth[WALKS] = float[](texelFetch(u_depth_map, pixel, 0).x);
     media_begin_list(pixel, depth, first, end);
@@ -87,11 +99,39 @@ vec3 transmittance_of_list(ivec2 pixel, uint first, uint end)
     }
 #ifdef HAS_MEDIA
     media_end(0, depth[0]);
-    through = media_transmittance(0);
+    tau = max(wide_round(media_tau[0]), 0.0);
 #endif
-    return share_round(share) * through;
+    return list_seen(share_round(share), tau);
 }
 #endif
+
+#ifdef AT_OPTICAL_DEPTH
+// Of haze and density grids, to the opaque surface or without an end.
+float depth_of_air(vec2 at, float depth)
+{
+#ifdef HAS_HAZE
+    vec3 eye = view_position(at, 0.0);
+    if (depth > 0.0)
+        return atmosphere_depth(eye, view_position(at, view_depth(depth)));
+    return atmosphere_depth_without_end(eye, normalize(view_position(at, 1.0) - eye));
+#else
+    return 0.0;
+#endif
+}
+
+vec3 depth_of_smoke(vec2 at, float depth)
+{
+    vec3 sum = vec3(0.0);
+#ifdef GRID_COUNT
+    vec3 eye = view_position(at, 0.0), way = view_position(at, 1.0) - eye;
+    float per_depth = length(way), end = depth > 0.0 ? view_depth(depth) * per_depth : GRID_FAR;
+    way /= per_depth;
+    vec2 range = grid_kept(eye, way, vec2(0.0, end), GRID_CUTS_ALL);
+    for (uint g = 0u; g < uint(GRID_COUNT); g++)
+        sum += grid_word(g, 4u).rgb * grid_sum(grid_meet(g, eye, way, range), GRID_FAR);
+#endif
+    return sum;
+}
 #endif
 
 #ifdef AT_LIGHTS
@@ -122,7 +162,7 @@ void main()
     if (any(greaterThanEqual(gl_GlobalInvocationID.xy, u_size_px)))
         return;
     uvec4 s0 = texelFetch(u_surface_0, pixel, 0), s1 = texelFetch(u_surface_1, pixel, 0);
-    float depth = texelFetch(u_depth_map, pixel, 0).x;
+    float opaque = texelFetch(u_depth_map, pixel, 0).x, depth = opaque;
     uint index = gl_GlobalInvocationID.y * u_size_px.x + gl_GlobalInvocationID.x;
     uint first = 0u, end = 0u;
 #ifdef HAS_TRANSPARENT
@@ -161,12 +201,19 @@ void main()
 #ifdef AT_MATERIAL
     words[at + AT_MATERIAL] = is_hit ? materials[s.material].source + 1u : 0u;
 #endif
-#ifdef AT_TRANSMITTANCE
-#ifdef HAS_TRANSPARENT
-    write_vector(at + AT_TRANSMITTANCE, transmittance_of_list(pixel, first, end));
+#ifdef FOLLOWS_LIST
+    list_seen seen = follow_list(pixel, first, end);
+    vec3 through = seen.share * exp(-seen.depth), of_media = seen.depth;
 #else
-    write_vector(at + AT_TRANSMITTANCE, vec3(1.0));
+    vec3 through = vec3(1.0), of_media = vec3(0.0);
 #endif
+#ifdef AT_TRANSMITTANCE
+    write_vector(at + AT_TRANSMITTANCE, through);
+#endif
+#ifdef AT_OPTICAL_DEPTH
+    vec2 place = vec2(pixel) + u_sample_positions[0];
+    write_vector(at + AT_OPTICAL_DEPTH,
+                 of_media + depth_of_air(place, opaque) + depth_of_smoke(place, opaque));
 #endif
 #ifdef AT_LIGHTS
     words[at + AT_LIGHTS] = is_hit ? count_lights(uvec2(pixel), view_z) : 0u;

@@ -15,7 +15,7 @@ layout(std430, binding = BIND_ATMOSPHERE_REACH) readonly buffer reach_buffer { f
 #include "lights/light_list.glsl"
 #include "lights/light_arriving.glsl"
 #ifdef HAS_GRIDS
-#include "shading/density_grids.glsl"
+#include "lights/density_grids.glsl"
 #include "lights/light_through_grids.glsl"
 #endif
 #ifdef HAS_SHADOWS

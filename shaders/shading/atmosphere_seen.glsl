@@ -2,7 +2,8 @@
 // What the camera sees of the haze and of density grids: the light that they scatter from the eye
 // to a depth, and what they let through. Needs: HAS_ATMOSPHERE_LIGHT where lamps light the haze,
 // window/view_ray.glsl, shading/atmosphere.glsl; where HAS_GRIDS, those of smoke_seen.glsl.
-// Provides: atmosphere_begin(vec2 at) for a pixel, then
+// Provides: atmosphere_begin(vec2 at, float depth) for a pixel, with the depth of the opaque
+// surface there (0: none), then
 // atmosphere_seen atmosphere_look(vec2 at, float view_z), with grids best from near to far.
 #include "shading/atmosphere_slices.glsl"
 uniform vec3 u_atmosphere_color;   // share of the extinction that scatters
@@ -73,7 +74,7 @@ atmosphere_seen haze_look(vec2 at, float view_z)
 
 #ifdef HAS_GRIDS
 #include "shading/smoke_seen.glsl"
-void atmosphere_begin(vec2 at) { smoke_begin(at); }
+void atmosphere_begin(vec2 at, float depth) { smoke_begin(at, depth); }
 
 atmosphere_seen atmosphere_look(vec2 at, float view_z)
 {
@@ -83,7 +84,7 @@ atmosphere_seen atmosphere_look(vec2 at, float view_z)
     return atmosphere_seen(smoke_light, smoke_through * haze);
 }
 #else
-void atmosphere_begin(vec2 at) {}
+void atmosphere_begin(vec2 at, float depth) {}
 atmosphere_seen atmosphere_look(vec2 at, float view_z) { return haze_look(at, view_z); }
 #endif
 

@@ -27,7 +27,7 @@
 #include "shading/atmosphere.glsl"
 #endif
 #ifdef HAS_GRIDS
-#include "shading/density_grids.glsl"
+#include "lights/density_grids.glsl"
 #endif
 #ifdef HAS_LIGHTS
 layout(std430, binding = BIND_LIGHTS) readonly buffer light_buffer { light_record lights[]; };

@@ -419,7 +419,7 @@ vec4 composite(ivec2 pixel)
         }
     }
 #elif defined HAS_ATMOSPHERE
-    atmosphere_begin(vec2(pixel) + 0.5);
+    atmosphere_begin(vec2(pixel) + 0.5, texelFetch(u_depth_map, pixel, 0).x);
     for (int first = 0; first < SAMPLES; first += WALKS) {
         float depth[WALKS];
         atmosphere_seen air[WALKS];

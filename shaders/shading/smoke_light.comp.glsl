@@ -9,7 +9,7 @@
 #include "shading/atmosphere.glsl"
 #include "shading/atmosphere_slices.glsl"
 #include "shading/smoke_nodes.glsl"
-#include "shading/density_grids.glsl"
+#include "lights/density_grids.glsl"
 layout(local_size_x = 64) in;
 layout(std430, binding = BIND_LIGHTS) readonly buffer light_buffer { light_record lights[]; };
 layout(std430, binding = BIND_SMOKE_LIGHT) buffer smoke_buffer { vec4 nodes[]; };

@@ -3,10 +3,11 @@
 // depth, and what they let through. The ray of a pixel is followed once, from one depth that is
 // asked for to the next. Cells are summed up as in density_grids.glsl; the light in them is that of
 // the nodes around (smoke_light.comp.glsl).
-// Needs: atmosphere_seen.glsl for the haze, shading/density_grids.glsl; HAS_LIGHTS where
-// lamps light the grids.
-// Provides: smoke_begin(vec2 at), smoke_follow(float view_z), and what it found: smoke_light,
-// smoke_through.
+// Needs: atmosphere_seen.glsl for the haze, lights/density_grids.glsl; HAS_LIGHTS where
+// lamps light the grids; HAS_GRID_BOXES: grids are seen as published (Lindbeck 2015, figure 3.7),
+// by the back faces of their boxes, so that an opaque surface before it hides all of the grid.
+// Provides: smoke_begin(vec2 at, float depth), smoke_follow(float view_z), and what it found:
+// smoke_light, smoke_through.
 #include "shading/smoke_nodes.glsl"
 uniform vec3 u_smoke_ambient; // what a full albedo sends on of the light from all around [nt]
 #ifdef HAS_LIGHTS
@@ -36,7 +37,8 @@ void smoke_restart()
     smoke_haze_through = vec3(1.0);
 }
 
-void smoke_begin(vec2 at)
+// depth: of the opaque surface there; 0: none.
+void smoke_begin(vec2 at, float depth)
 {
     smoke_at = at;
     smoke_origin = view_position(at, 0.0);
@@ -48,6 +50,10 @@ void smoke_begin(vec2 at)
     smoke_last = 0.0;
     for (uint g = 0u; g < uint(GRID_COUNT); g++) {
         smoke_ways[g] = grid_meet(g, smoke_origin, smoke_way, smoke_range);
+#ifdef HAS_GRID_BOXES
+        if (depth > 0.0 && smoke_ways[g].end > view_depth(depth) * smoke_per_depth)
+            smoke_ways[g].end = smoke_ways[g].begin;
+#endif
         if (smoke_ways[g].begin < smoke_ways[g].end) {
             smoke_first = min(smoke_first, smoke_ways[g].begin);
             smoke_last = max(smoke_last, smoke_ways[g].end);

@@ -59,8 +59,10 @@ void add_corner(inout area_box box, area_outline outline, vec3 p, float farthest
     vec2 low = z > 0.0 ? p.xy : outline.low, high = z > 0.0 ? p.xy : outline.high;
     box.low = min(box.low, vec2(spread(low.x, p.z, e).x, spread(low.y, p.z, e).x));
     box.high = max(box.high, vec2(spread(high.x, p.z, e).y, spread(high.y, p.z, e).y));
-    // extruded from the light's corners: L + (B - L) * ratio
-    float ratio = z > 0.0 ? clamp(farthest / z, 1.0, UNBOUNDED) : UNBOUNDED;
+    // extruded from the light's corners: L + (B - L) * ratio; a corner behind all points is not
+    float ratio = z > 0.0 ? min(farthest / z, UNBOUNDED) : UNBOUNDED;
+    if (ratio <= 1.0)
+        return;
     float plane = farthest + u_behind;
     box.low = min(box.low, ((low - e - u_half) * ratio + u_half) / plane);
     box.high = max(box.high, ((high + e + u_half) * ratio - u_half) / plane);

@@ -57,9 +57,8 @@ vec3 sample_place(uint index, uint pixel)
 {
 #ifdef HAS_AREA_SAMPLES
     uvec2 place = uvec2(u_origin.x + pixel % u_width, u_origin.y - pixel / u_width);
-    uint seed = ((place.x * 73856093u) ^ (place.y * 19349663u)) + 1u + u_light; // rt_job_seed
     light_area area = light_area(u_half_u, u_half_v, u_is_disk != 0u,
-                                 scatter_bits(seed + 0x9e3779b9u));
+                                 scatter_bits(light_area_seed(u_light, place) + 0x9e3779b9u));
     return u_center + light_area_offset(area, index);
 #else
     return u_center;

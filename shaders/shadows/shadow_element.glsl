@@ -29,6 +29,12 @@ bool element_is_of(uvec4 element, uint object)
     return object != 0xffffffffu && element_object(element) == (object & 0xffu);
 }
 
+// A surface, not smoke that lets nothing through.
+bool element_is_opaque(uvec4 element)
+{
+    return element.y == 0u && element_color(element) == vec3(0.0);
+}
+
 // before: how far behind the element's depth the receiver lies.
 vec3 element_transmittance(uvec4 element, float before)
 {

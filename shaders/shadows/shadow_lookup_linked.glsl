@@ -5,7 +5,25 @@
 #include "shadows/shadow_element.glsl"
 layout(binding = UNIT_SHADOW_NODES) uniform usamplerBuffer u_shadow_nodes;
 
-vec3 shadow_linked(shadow_run run, uint node_base, float depth, uint object)
+#ifdef SHADOW_FAITHFUL
+// reach: the depth that opaque elements are compared with.
+vec3 shadow_linked(shadow_run run, uint node_base, float depth, float reach, uint object)
+{
+    vec3 t = vec3(1.0);
+    uint next = uint(run.begin);
+    while (next < ELEMENT_LOCKED) {
+        uvec4 node = texelFetch(u_shadow_nodes, int(node_base + next));
+        float before = (element_is_opaque(node) ? reach : depth) - uintBitsToFloat(node.x);
+        if (before > 0.0 && !element_is_of(node, object))
+            t *= element_transmittance(node, before);
+        if (!(max(depth, reach) > uintBitsToFloat(node.x)))
+            break;
+        next = node.w;
+    }
+    return t;
+}
+#else
+vec3 shadow_linked(shadow_run run, uint node_base, float depth, float reach, uint object)
 {
     vec3 t = vec3(1.0);
     uint next = uint(run.begin);
@@ -20,6 +38,7 @@ vec3 shadow_linked(shadow_run run, uint node_base, float depth, uint object)
     }
     return t;
 }
+#endif
 
 bool shadow_run_linked(uint flags, uint head, uint event_base, out shadow_run run)
 {
@@ -30,5 +49,5 @@ bool shadow_run_linked(uint flags, uint head, uint event_base, out shadow_run ru
 
 vec3 shadow_list_linked(shadow_run run, shadow_look look)
 {
-    return shadow_linked(run, look.event_base, look.depth, look.object);
+    return shadow_linked(run, look.event_base, look.depth, look.reach, look.object);
 }

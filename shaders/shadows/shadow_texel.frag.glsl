@@ -3,7 +3,8 @@
 //   otherwise     blending multiplies the filter into rgb, and leaves the nearest depth in alpha
 //   BLENDED       as published, from the light on: a caster adds its colour to the share that it
 //                 lets through of what is there. Of its filter t the share is the least channel
-//                 and the colour the rest, so that a single caster is right
+//                 and the colour the rest, so that a single caster is right; of alpha-blended
+//                 surfaces by BLEND_MODISETT the share is 1 - alpha and the colour alpha t
 //   CHANCE        blending leaves the nearest of the depths that casters take by chance: four of
 //                 one opacity, that of the filter's luminance
 //   ONE_CHANCE    (CHANCE, too) all four are one
@@ -64,8 +65,13 @@ void main()
         discard;
     o_texel = mix(vec4(SHADOW_TEXEL_FAR), vec4(caster_depth()), stops);
 #elif defined BLENDED
-    float share = min(t.r, min(t.g, t.b));
-    o_texel = vec4(t - share, caster_depth());
+    uint flags = materials[v_draw.x].flags;
+    bool is_modified = FACE.blend_filter == BLEND_MODISETT &&
+                       MATERIAL_IS(flags, MATERIAL_BLEND) &&
+                       !MATERIAL_IS(flags, MATERIAL_TRANSMISSION);
+    float alpha = caster_base(v_draw.x).a;
+    float share = is_modified ? 1.0 - alpha : min(t.r, min(t.g, t.b));
+    o_texel = vec4(is_modified ? alpha * t : t - share, caster_depth());
     o_share = vec4(share);
 #elif defined MOMENTS
     float z = (caster_depth() - FACE.depths.x) * FACE.depths.y - 1.0;

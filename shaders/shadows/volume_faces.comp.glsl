@@ -1,29 +1,21 @@
 // SPDX-License-Identifier: MIT
 // The faces of shadow volumes, an invocation each: on which side the eye is, and the part of the
 // window that the face may be seen in before points: a few pixels, or spans of tiles. Needs: those
-// of volume.glsl.
+// of volume.glsl; IS_DRAWN: the side alone.
 #include "shadows/volume.glsl"
 layout(local_size_x = 64) in;
 #include "shadows/volume_faces.glsl"
+#include "shadows/volume_counts.glsl"
 #include "shadows/volume_window.glsl"
 layout(std430, binding = BIND_VOLUME_FACES) buffer face_buffer { volume_face faces[]; };
 layout(std430, binding = BIND_VOLUME_SPANS) writeonly buffer span_buffer { uvec2 spans[]; };
 layout(std430, binding = BIND_STATISTICS) buffer counter_buffer { uint counters[]; };
 layout(std430, binding = BIND_VOLUME_SMALL) writeonly buffer small_buffer { uvec2 small[]; };
 layout(std430, binding = BIND_VOLUME_TILES) readonly buffer tile_buffer { uint tiles[]; };
-layout(std430, binding = BIND_VOLUME_SIGNS) readonly buffer sign_buffer { int signs[]; };
 uniform uvec2 u_faces;       // the first of them, and the end
 uniform uint u_room;         // for spans
 uniform uint u_span_tiles;   // the longest span
 uniform uint u_tiles_x;      // of a row
-
-// What a triangle counts.
-volume_face cap_of(uint triangle)
-{
-    volume_loss loss = volume_loss_of(triangles[triangle].w);
-    int sign = signs[triangle];
-    return volume_face(sign * loss.log2, 0, sign * loss.stops, 0u);
-}
 
 // ---- where it is seen ----
 
@@ -207,7 +199,10 @@ void main()
     if (i >= u_faces.y)
         return;
     bool is_side = i < u_edges;
-    volume_face f = is_side ? faces[i] : cap_of(i - u_edges);
+    volume_face f = is_side ? faces[i] : volume_cap(i - u_edges, 1);
+#ifdef IS_DRAWN
+    faces[i] = f; // of side 0
+#endif
     if (f.log2 == ivec3(0) && f.stops == ivec3(0))
         return;
     uvec3 of = is_side ? uvec3(edges[f.edge].xy, 0u) : triangles[i - u_edges].xyz;
@@ -215,6 +210,7 @@ void main()
     vec4 c = is_side ? u_light : volume_vertex(of.z);
     f.side = volume_side_of_eye(a, b, c);
     faces[i] = f;
+#ifndef IS_DRAWN
     if (f.side == 0)
         return;
     float size = max(size_of(a), size_of(b));
@@ -225,4 +221,5 @@ void main()
 #endif
     find_outline(a, b, is_side ? away(b) : c, is_side ? away(a) : c, least);
     find_spans(i, is_side ? size : max(size, size_of(c)));
+#endif
 }

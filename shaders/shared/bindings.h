@@ -56,6 +56,7 @@
 #define BIND_AREA_PLACES 7    /* uvec2 per point: its cell, its first filter */
 #define BIND_AREA_PAIRS 8     /* u32: triangles, by cell */
 #define BIND_AREA_TABLE 9     /* uvec2 per point, as UNIT_TRACED_POINTS */
+#define BIND_AREA_MASKS 9     /* uvec4, area_table.h; once points have their cells */
 #define BIND_AREA_FILTERS 10  /* uvec2, as UNIT_TRACED_FILTERS */
 #define BIND_AREA_LIGHTS 12   /* u32 per light: filters that it has at a point */
 #define BIND_TRACED_POINTS 11 /* points that traced shadows are asked for */
@@ -72,6 +73,7 @@
 #define BIND_VOLUME_GROUPS 6     /* vec4 per group: its filter; by points */
 #define BIND_VOLUME_FACES 7      /* struct volume_face, of silhouettes and then of triangles */
 #define BIND_VOLUME_SPANS 8      /* uvec2: face, tiles */
+#define BIND_VOLUME_PARTS 8      /* uvec2: edge, which of its patches; where faces are drawn */
 #define BIND_VOLUME_STARTS 9     /* vec4 per point: off its surface, and the light's filter */
 #define BIND_VOLUME_SUMS 10      /* i32, six per point */
 #define BIND_VOLUME_ENDS 13      /* u32 per pixel: end of its layers; while faces are crossed */
@@ -104,10 +106,15 @@
 #define VOLUME_END_PIXEL 9u
 /* How far a way's end is seen from its pixel's middle, at most: bits of a float [px]. */
 #define VOLUME_BORDER 11u
-#define VOLUME_SMALL 12u /* faces of a few pixels; */
-#define VOLUME_EDGES 13u /* those whose triangles do not cancel */
-#define VOLUME_COUNTERS 14
+#define VOLUME_SMALL 12u    /* faces of a few pixels; */
+#define VOLUME_EDGES 13u    /* those whose triangles do not cancel */
+#define VOLUME_OVERFLOW 14u /* set where a stencil has counted as far as it can */
+#define VOLUME_COUNTERS 15
+#define VOLUME_STENCIL_MOST 255u
 #define VOLUME_TILE_PX 8u
+/* Where faces are drawn as often as they count: of an edge in one go. A tessellator makes 64
+ * segments at the most, and the last of 32 quads ends with the 63rd. */
+#define VOLUME_PATCH_QUADS 32u
 
 /* words of the statistics of a window's layers; before: how many there are, and of one pixel */
 #define STATISTICS_PEELING 2 /* set where a pixel may have more layers than are peeled */
@@ -120,13 +127,16 @@
 #define UNIT_GBUFFER_DEPTH 10
 #define UNIT_GBUFFER_LOBES 6
 #define UNIT_GBUFFER_MORE_LOBES 5
-#define UNIT_SHADOW_DEPTH 11  /* samplerBuffer R32F: nearest opaque caster */
-#define UNIT_SHADOW_HEADS 12  /* usamplerBuffer */
-#define UNIT_SHADOW_EVENTS 13 /* samplerBuffer RGBA32F: depth, transmittance */
-#define UNIT_SHADOW_KEYS 14   /* usamplerBuffer RGBA32UI: SHADOW_KEYS_AT, four words each */
-#define UNIT_SHADOW_ID 15     /* usamplerBuffer */
-#define UNIT_LIGHT_HEADS 16   /* usamplerBuffer RG32UI: offset and count, or head */
-#define UNIT_LIGHT_ITEMS 17   /* usamplerBuffer: light indices (or list nodes) */
+#define UNIT_VOLUME_SURFACES 0 /* sampler2D: what ways to surfaces gained; by points */
+#define UNIT_VOLUME_LAYERS 1   /* likewise to the nearest layer */
+#define UNIT_VOLUME_STENCIL 0  /* usampler2D: faces that a way crosses; by pixels */
+#define UNIT_SHADOW_DEPTH 11   /* samplerBuffer R32F: nearest opaque caster */
+#define UNIT_SHADOW_HEADS 12   /* usamplerBuffer */
+#define UNIT_SHADOW_EVENTS 13  /* samplerBuffer RGBA32F: depth, transmittance */
+#define UNIT_SHADOW_KEYS 14    /* usamplerBuffer RGBA32UI: SHADOW_KEYS_AT, four words each */
+#define UNIT_SHADOW_ID 15      /* usamplerBuffer */
+#define UNIT_LIGHT_HEADS 16    /* usamplerBuffer RG32UI: offset and count, or head */
+#define UNIT_LIGHT_ITEMS 17    /* usamplerBuffer: light indices (or list nodes) */
 #define UNIT_LIGHT 11 /* usampler2DArray R32UI: light of opaque surfaces, after they are shaded */
 /* traced shadows take the place of all maps */
 #define UNIT_TRACED_HEADS 12   /* usamplerBuffer R32UI: as BIND_TRACED_HEADS */

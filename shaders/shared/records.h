@@ -287,6 +287,8 @@ LAYOUT_SIZE(shadow_point, 32)
 #define AREA_PARALLEL 2
 #define AREA_FLAT 0x80008000u /* the first normal's word of a triangle whose vertices share one */
 #define AREA_NOWHERE 0xffffffffu
+#define AREA_TABLE_SIDE 1024    /* angles, and places, of lines on a light in a table of them */
+#define AREA_TABLE_REACH 1.4143 /* of their places, in units of half the light's sides */
 #define AREA_LOG_ONE (1 << 20)  /* filters are sums of -log2 in this unit, which never ... */
 #define AREA_LOG_MOST (1 << 30) /* ... exceed this: nothing passes */
 #define AREA_CASTER_OPAQUE 1u

@@ -134,7 +134,7 @@ void layers_composite(ivec2 pixel, int first_sample, pixel_layers layers,
 #ifdef HAS_ATMOSPHERE
     vec2 middle = vec2(pixel) + 0.5;
     vec3 media_before[WALKS];
-    atmosphere_begin(middle);
+    atmosphere_begin(middle, depth[0]);
     air_begin();
     for (int i = 0; i < WALKS; i++)
         media_before[i] = media_transmittance(i);
@@ -205,7 +205,7 @@ void layers_composite(ivec2 pixel, int first_sample, pixel_layers layers,
 #endif
 #ifdef HAS_ATMOSPHERE
     vec2 middle = vec2(pixel) + 0.5;
-    atmosphere_begin(middle);
+    atmosphere_begin(middle, texelFetch(u_depth_map, pixel, first_sample).x);
     air_begin();
 #endif
     for (uint k = layers.first; k < layers.end; k++) {

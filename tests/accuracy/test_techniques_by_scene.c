@@ -444,7 +444,7 @@ static void room_of_opaque_spheres(void **state)
 static void demo_chapel(void **state)
 {
     struct subject s = {.renderer = *state, .name = "demo chapel", .content = TEXTURED};
-    rig_demo_open(&s.rig, *state, s.name, 128);
+    rig_demo_open_fine(&s.rig, *state, s.name, 128);
     compare_techniques(&s);
 }
 

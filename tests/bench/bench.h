@@ -118,6 +118,7 @@ bool suite_peels(struct bench *bench, struct error *err);
 bool suite_traced(struct bench *bench, struct error *err);
 bool suite_techniques(struct bench *bench, struct error *err);
 bool suite_silhouettes(struct bench *bench, struct error *err);
+bool suite_area(struct bench *bench, struct error *err);
 bool suite_skin(struct bench *bench, struct error *err);
 bool suite_import(struct bench *bench, struct error *err);
 bool suite_targets(struct bench *bench, struct error *err);

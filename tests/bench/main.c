@@ -39,6 +39,8 @@ static const struct suite suites[] = {
      suite_techniques},
     {"silhouettes", "shadow volumes, maps and rays against the triangles of a grid of spheres",
      suite_silhouettes},
+    {"area", "soft shadows by grids of triangles against rays to the same points of a light",
+     suite_area},
     {"skin", "skinned vertices per second, and one figure that moves in a scene that stands",
      suite_skin},
     {"import", "one mesh plain, by meshopt and by Draco: speed, memory, the decoders alone",
@@ -51,8 +53,8 @@ enum { SUITES = sizeof suites / sizeof *suites };
 
 static const char usage[] =
     "usage: vitrail-bench SUITE|all|list [options]\n"
-    "       vitrail-bench promises [--seeds N] [--busy] [--wish budget_ms|max_error] [--quick] "
-    "[--json]\n"
+    "       vitrail-bench promises [--seeds N] [--busy] [--wish budget_ms|max_error] [--media] "
+    "[--quick] [--json]\n"
     "       vitrail-bench generate SEED FILE.glb [--smoke]\n"
     "       vitrail-bench farm [SCENE.glb] [--size WxH] [--frames N] [--rounds N] [--quick] "
     "[--json]\n"

@@ -18,7 +18,8 @@ import re
 import sys
 
 WIDTH, PLOT_HEIGHT, LEFT, RIGHT, TOP, ROW = 840, 340, 74, 24, 54, 20
-# Five lines at most: told apart by marker and dash as well as by colour, on light and on dark.
+# Told apart by marker and dash as well as by colour, on light and on dark. A sixth line has the
+# first colour again with the second marker, and so on.
 LIGHT = ("#0b62a8", "#b84a00", "#0a7a52", "#8a3a8f", "#6b5b00")
 DARK = ("#6cb6ff", "#ff9d57", "#4fd1a1", "#e08ae6", "#e3cf5a")
 MARKERS = ("circle", "square", "diamond", "triangle", "cross")
@@ -157,9 +158,10 @@ def draw_axes(horizontal, vertical, group):
     return parts
 
 
-def draw_series(document, index, one, horizontal, vertical, legend_y):
+def draw_series(document, row, one, horizontal, vertical, legend_y):
     points = measured(one)
-    parts = [f'<g class="series s{index}" data-name="{escape(one["name"])}" '
+    index = (row + row // len(LIGHT)) % len(MARKERS)
+    parts = [f'<g class="series s{row % len(LIGHT)}" data-name="{escape(one["name"])}" '
              f'data-points="{len(points)}">']
     dash = f'stroke-dasharray="{DASHES[index]}"'
     if len(points) >= 2:
@@ -204,8 +206,7 @@ def draw(document, scene, subject, group):
              f'<text class="ink title" x="{LEFT}" y="24">{escape(title)}</text>']
     parts += draw_axes(horizontal, vertical, group)
     for row, one in enumerate(group):
-        parts += draw_series(document, row % len(MARKERS), one, horizontal, vertical,
-                             legend + ROW * row)
+        parts += draw_series(document, row, one, horizontal, vertical, legend + ROW * row)
     for row, text in enumerate(sources(document)):
         parts.append(f'<text class="faint small" x="{LEFT}" y="{height - 28 + 15 * row}">'
                      f"{escape(text)}</text>")

@@ -11,7 +11,8 @@ took no longer in the renderer, an error where the picture that was sent (EXR) i
 the ray-traced reference of 256 samples per pixel; either counts where the reply warned that
 nothing keeps it. --busy: beside a process that keeps a processor busy. Where budgets are asked
 for, every scene has a daemon of its own with an empty state directory, so that nothing is
-compiled; --haze, --smoke: the same scenes with either; --quick: one scene, one budget, one error.
+compiled; --haze, --smoke: the same scenes with either; --media: scenes of random media
+(random_media.py), each with one error; --quick: one scene, one budget, one error.
 """
 import argparse
 import json
@@ -20,6 +21,7 @@ import subprocess
 import sys
 import tempfile
 
+import random_media
 from daemon import Daemon
 from exr import read_color, rmse
 
@@ -32,6 +34,7 @@ WANTED.add_argument("--wish", choices=WISHES, action="append")
 WANTED.add_argument("--busy", action="store_true")
 WANTED.add_argument("--haze", type=float, default=0, metavar="DENSITY")  # 1/m
 WANTED.add_argument("--smoke", action="store_true")
+WANTED.add_argument("--media", action="store_true")
 WANTED.add_argument("--quick", action="store_true")
 WANTED.add_argument("--json", action="store_true")
 
@@ -39,15 +42,24 @@ BUDGETS_MS = (60, 150, 250, 500, 1000)
 ERRORS = (0.08, 0.05, 0.03, 0.02, 0.012, 0.008)
 SMALL = {"width": 64, "height": 48}  # of pictures whose error is measured
 REFERENCE = {"reference": True, "samples": 256, "atmosphere_samples": 16}  # of each sample
+SMALL_MEDIA = {"width": 16, "height": 12}  # each ray crosses grids for each light
+# As many samples, since haze and smoke beside a lamp glow like one over the distance from it.
+REFERENCE_OF_MEDIA = {"reference": True, "samples": 256, "atmosphere_samples": 4}
 SHARE_KEPT, MOST_MISSED = 0.95, 3
 
 
-def generate(wanted, seed, path):
-    done = subprocess.run([os.path.join(wanted.bin, "vitrail-bench"), "generate", str(seed), path,
-                           *(["--smoke"] if wanted.smoke else [])],
-                          capture_output=True, text=True, check=True)
-    haze = {"atmosphere": {"density": wanted.haze, "anisotropy": 0.3}} if wanted.haze else {}
-    return {**json.loads(done.stdout), **haze}
+def generate(wanted, seed):
+    """(name, GLB, request) of a scene."""
+    if wanted.media:
+        return random_media.make(seed)
+    with tempfile.NamedTemporaryFile(suffix=".glb") as file:
+        done = subprocess.run([os.path.join(wanted.bin, "vitrail-bench"), "generate", str(seed),
+                               file.name, *(["--smoke"] if wanted.smoke else [])],
+                              capture_output=True, text=True, check=True)
+        request = json.loads(done.stdout)
+        haze = {"density": wanted.haze, "anisotropy": 0.3}
+        return request.pop("name"), file.read(), {**request,
+                                                  **({"atmosphere": haze} if wanted.haze else {})}
 
 
 def draw(daemon, request, quality):
@@ -74,25 +86,39 @@ def ask_budgets(daemon, request, is_quick):
             yield tell_of(frame, "budget_ms", budget, frame["chosen"]["took_ms"])
 
 
-def ask_errors(daemon, request, is_quick):
-    request = {**request, **SMALL, "format": "exr"}
-    drawn = [(error, *draw(daemon, request, {"max_error": error}))
-             for error in (ERRORS[1:2] if is_quick else ERRORS)]
-    reference = read_color(draw(daemon, request, REFERENCE)[1])
+def ask_errors(daemon, request, errors, size, quality):
+    request = {**request, **size, "format": "exr"}
+    drawn = [(error, *draw(daemon, request, {"max_error": error})) for error in errors]
+    reference = read_color(draw(daemon, request, quality)[1])
     for error, frame, picture in drawn:
         yield tell_of(frame, "max_error", error, rmse(read_color(picture), reference))
 
 
+def errors_of(wanted, seed):
+    """What is asked for: of random media one error, so that there are as many wishes as media."""
+    return ERRORS[1:2] if wanted.quick else [ERRORS[seed % len(ERRORS)]] if wanted.media else ERRORS
+
+
+def tell_one(wanted, one):
+    state = "kept" if one["kept"] else "warned" if one["warned"] else "MISSED"
+    if not wanted.json:
+        print(f"  {one['scene'][:44]:44} {one['asked']:6g} {one['got']:9.4g} "
+              f"{one['expected'] or 0:9.4g}  {one['shadows']:18}{one['samples']:3}  {state}",
+              flush=True)
+
+
 def run_scene(wanted, daemon, seed):
-    with tempfile.NamedTemporaryFile(suffix=".glb") as file:
-        request = generate(wanted, seed, file.name)
-        name = request.pop("name")
-        reply = daemon.ask("/v1/scenes", file.read(), "model/gltf-binary")[1]
+    name, glb, request = generate(wanted, seed)
+    reply = daemon.ask("/v1/scenes", glb, "model/gltf-binary")[1]
     request["scene"] = json.loads(reply)["id"]
+    compared = (SMALL_MEDIA, REFERENCE_OF_MEDIA) if wanted.media else (SMALL, REFERENCE)
     results = []
     for wish in wanted.wish or WISHES:
-        ask = ask_budgets if wish == "budget_ms" else ask_errors
-        results += [{"scene": name, **one} for one in ask(daemon, request, wanted.quick)]
+        asked = (ask_budgets(daemon, request, wanted.quick) if wish == "budget_ms"
+                 else ask_errors(daemon, request, errors_of(wanted, seed), *compared))
+        for one in asked:
+            results.append({"scene": name, **one})
+            tell_one(wanted, results[-1])
     return results
 
 
@@ -120,10 +146,6 @@ def tell(results, is_json):
     if is_json:
         print(json.dumps({"summary": summary, "results": results}, indent=1))
         return
-    for one in results:
-        state = "kept" if one["kept"] else "warned" if one["warned"] else "MISSED"
-        print(f"  {one['scene'][:44]:44} {one['asked']:6g} {one['got']:9.4g} "
-              f"{one['expected'] or 0:9.4g}  {one['shadows']:18}{one['samples']:3}  {state}")
     for wish, of_wish in summary.items():
         print(f"{wish}: kept or warned {of_wish['kept_or_warned']} of {of_wish['asked']} "
               f"({of_wish['share']:.3f} >= {SHARE_KEPT}), worst without a warning: "

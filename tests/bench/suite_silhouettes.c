@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Suite `silhouettes`: time of a frame whose light moves, by shadow volumes, maps and rays, against
  * the triangles of the grid of 10 x 10 spheres of Lexolights (Peciva). Maps alone are made anew for
- * that: edges of casters, and the ray tracer's structure, stand. */
+ * that: edges of casters, and the ray tracer's structure, stand. Silhouettes by all stages that
+ * draw them. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,13 +11,27 @@
 #include "tests/bench/frames.h"
 #include "tests/support/light_scene.h"
 
-enum { TECHNIQUES = 4, COUNTS = 5, SIDE = 10, RESOLUTION = 2048 };
+/* Volumes of single triangles, the last two, take too long for more than the first count. */
+enum { WAYS = 9, WAYS_OF_MANY = 6, DEFAULT_WAY = 2, COUNTS = 5, SIDE = 10, RESOLUTION = 2048 };
 
 /* Of a sphere; it has twice as many slices, and 4 n (n - 1) triangles. */
 static const int stack_counts[COUNTS] = {4, 9, 13, 16, 30}, quick_counts[] = {3, 4};
 
-static const enum shadow_technique techniques[TECHNIQUES] = {
-    SHADOWS_MAP, SHADOWS_VOLUME, SHADOWS_SILHOUETTE, SHADOWS_RAYTRACED_SHADOWS};
+static const struct way {
+    const char *name;
+    enum shadow_technique technique;
+    enum view_silhouette_form form;
+} ways[WAYS] = {
+    {"map", SHADOWS_MAP, VIEW_SILHOUETTE_COMPUTE},
+    {"volume", SHADOWS_VOLUME, VIEW_SILHOUETTE_COMPUTE},
+    [DEFAULT_WAY] = {"silhouette", SHADOWS_SILHOUETTE, VIEW_SILHOUETTE_COMPUTE},
+    {"raytraced-shadows", SHADOWS_RAYTRACED_SHADOWS, VIEW_SILHOUETTE_COMPUTE},
+    {"silhouette, geometry", SHADOWS_SILHOUETTE, VIEW_SILHOUETTE_GEOMETRY},
+    {"silhouette, tessellation", SHADOWS_SILHOUETTE, VIEW_SILHOUETTE_TESSELLATION},
+    {"silhouette, triangles-two-pass", SHADOWS_SILHOUETTE, VIEW_SILHOUETTE_TRIANGLES_TWO_PASS},
+    {"silhouette, triangles-one-pass", SHADOWS_SILHOUETTE, VIEW_SILHOUETTE_TRIANGLES_ONE_PASS},
+    {"silhouette, stencil", SHADOWS_SILHOUETTE, VIEW_SILHOUETTE_STENCIL},
+};
 
 static const struct view_light lamp = {
     .type = SCENE_LIGHT_POINT, .position = {3, 9, 2}, .color = {1, 1, 1}, .intensity = 300};
@@ -45,7 +60,7 @@ static bool open_scene(struct bench *bench, struct rig_scene *rig, int stacks, s
     return ok;
 }
 
-static struct view view_of(int technique, const int size[2])
+static struct view view_of(const struct way *way, const int size[2])
 {
     return (struct view){.width_px = size[0],
                          .height_px = size[1],
@@ -56,7 +71,8 @@ static struct view view_of(int technique, const int size[2])
                                     .fov_y_deg = 50},
                          .lights = &lamp,
                          .light_count = 1,
-                         .quality = {.shadows = techniques[technique],
+                         .quality = {.shadows = way->technique,
+                                     .silhouette_form = way->form,
                                      .shadow_resolution = RESOLUTION,
                                      .samples = 1}};
 }
@@ -81,33 +97,45 @@ static void tell(struct bench *bench, const char *subject, const int size[2],
                                        .p = NAN});
 }
 
+/* To the form that is the default. */
+static void tell_ratio(struct bench *bench, const char *subject, const char *way, double ratio)
+{
+    char name[64];
+    snprintf(name, sizeof name, "%s: over compute", way);
+    bench_check(
+        bench, &(struct check){
+                   .scene = "spheres", .subject = subject, .name = name, .value = ratio, .p = NAN});
+}
+
 static bool run_count(struct bench *bench, int at, int stacks, double (*totals)[COUNTS],
                       struct error *err)
 {
-    struct frame_variant variants[TECHNIQUES] = {{0}};
+    struct frame_variant variants[WAYS] = {{0}};
     struct rig_scene rig = {0};
-    int size[2];
+    int size[2], count = at ? WAYS_OF_MANY : WAYS;
     char subject[32];
     bench_size(bench, 320, 240, size);
     snprintf(subject, sizeof subject, "%d triangles", SIDE * SIDE * 4 * stacks * (stacks - 1) + 2);
-    for (int i = 0; i < TECHNIQUES; i++)
-        variants[i] = (struct frame_variant){.name = shadow_technique_name((int)techniques[i]),
-                                             .view = view_of(i, size),
-                                             .rebuilds_shadows = techniques[i] == SHADOWS_MAP};
-    bool ok =
-        open_scene(bench, &rig, stacks, err) && frames_run(bench, &rig, variants, TECHNIQUES, err);
-    for (int i = 0; ok && i < TECHNIQUES; i++) {
+    for (int i = 0; i < count; i++)
+        variants[i] = (struct frame_variant){.name = ways[i].name,
+                                             .view = view_of(&ways[i], size),
+                                             .rebuilds_shadows = ways[i].technique == SHADOWS_MAP};
+    bool ok = open_scene(bench, &rig, stacks, err) && frames_run(bench, &rig, variants, count, err);
+    for (int i = 0; ok && i < count; i++) {
         tell(bench, subject, size, &variants[i]);
         totals[i][at] = samples_summary(&variants[i].measurement.cpu_ms).median;
     }
-    frames_finish(variants, TECHNIQUES);
+    for (int i = DEFAULT_WAY + 1; ok && i < count; i++)
+        if (ways[i].form != VIEW_SILHOUETTE_COMPUTE)
+            tell_ratio(bench, subject, ways[i].name, totals[i][at] / totals[DEFAULT_WAY][at]);
+    frames_finish(variants, count);
     rig_scene_finish(&rig, bench_renderer(bench));
     return ok;
 }
 
 bool suite_silhouettes(struct bench *bench, struct error *err)
 {
-    double totals[TECHNIQUES][COUNTS] = {{0}}, triangles[COUNTS];
+    double totals[WAYS][COUNTS] = {{0}}, triangles[COUNTS];
     bool is_quick = bench->options.is_quick;
     const int *counts = is_quick ? quick_counts : stack_counts;
     for (int i = 0; i < (is_quick ? 2 : COUNTS); i++) {
@@ -115,10 +143,10 @@ bool suite_silhouettes(struct bench *bench, struct error *err)
         if (!run_count(bench, i, counts[i], totals, err))
             return false;
     }
-    for (int i = 0; !is_quick && i < TECHNIQUES; i++)
+    for (int i = 0; !is_quick && i < WAYS_OF_MANY; i++)
         bench_series(bench, &(struct series){.scene = "spheres",
                                              .subject = "triangles",
-                                             .name = shadow_technique_name((int)techniques[i]),
+                                             .name = ways[i].name,
                                              .of = "triangles",
                                              .unit = "ms",
                                              .x = triangles,

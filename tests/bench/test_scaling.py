@@ -89,6 +89,17 @@ class Figures(unittest.TestCase):
         self.assertIn("lost: too few points for an exponent; 2 lost in noise", text)
         self.assertEqual(2, len(root.findall(f".//{SVG}g[@data-points]")))
 
+    def test_more_lines_than_colours_differ_in_marker_and_dash(self):
+        document = made_up([[1, 1], [2, 2]], 1)
+        document["series"] = [dict(document["series"][0], name=f"line {i}") for i in range(9)]
+        _, root = self.draw(document)
+        looks = set()
+        for group in root.findall(f".//{SVG}g[@data-points]"):
+            fit, mark = group.find(f"{SVG}path[@class='fit']"), group.find(f".//*[@class='mark']")
+            shape = re.sub(r"[\d.]+", "", mark.get("d", "circle"))
+            looks.add((group.get("class"), fit.get("stroke-dasharray"), shape))
+        self.assertEqual(9, len(looks))
+
     def test_missed_bounds_are_said(self):
         text, _ = self.draw(made_up([[1, 1], [2, 8]], 3))
         self.assertIn("exponent 3.00 (≤ 2.10, missed)", text)

@@ -28,15 +28,19 @@ ROOM = 1.05  # compilers of the same Mesa differ by the processor they run on, n
 SKIPPED = 77
 
 # iris: one message per width of SIMD that was compiled; radeonsi: one per shader
-INTEL = re.compile(r"(\w\w) SIMD\d+ shader: (\d+) inst\w*[,.].*? (\d+):(\d+) spills:fills")
-AMD = re.compile(r"Code Size: (\d+) .*Spilled VGPRs: (\d+) .*\((\w\w), ")
+INTEL = re.compile(r"\b(\w+) SIMD\d+ shader: (\d+) inst\w*[,.].*? (\d+):(\d+) spills:fills")
+AMD = re.compile(r"Code Size: (\d+) .*Spilled VGPRs: (\d+) .*\((\w+), ")
 # Of a define that begins a shader's text: the name that it gives to the variant.
 VARIANTS = {"HAS_MEDIA": "media", "SHADOW_HAS_MEDIA": "media", "MEDIA": "media", "MEDIUM": "media",
             "CUT_PLANES": "cut", "SHADOW_FAITHFUL": "faithful", "SHADOW_HAS_NODES": "nodes",
             "KEYED": "keyed", "NET": "net", "SAMPLES_APART": "apart", "HAS_LOBES": "lobes",
+            "HAS_GRIDS": "grids", "HAS_AREA_FORM": "areas", "HAS_AREA_SAMPLES": "areas",
             "HAS_MORE_LOBES": "films", "HAS_ENVIRONMENT_MAP": "map",
             "TONE_HAS_CHOICE": "tones"}
-STAGES = {"CS": "comp", "FS": "frag", "PS": "frag", "VS": "vert"}
+# Likewise by how the value begins: shadows by moments, which are there for comparison.
+VALUES = {"SHADOW_LISTS": "moments"}
+STAGES = {"CS": "comp", "FS": "frag", "PS": "frag", "VS": "vert", "TCS": "tesc", "TES": "tese",
+          "GS": "geom"}
 
 
 def cost_of(message):
@@ -58,6 +62,8 @@ def variant_of(text):
         if len(words) == 3 and words[0] == "#define" and words[1] in VARIANTS:
             value = words[2] if words[1] == "NET" else ""
             found.add(VARIANTS[words[1]] + value)
+        if len(words) == 3 and words[2].startswith(VALUES.get(words[1], "\n")):
+            found.add(VALUES[words[1]])
     return "".join(f"+{name}" for name in sorted(found))
 
 

@@ -18,6 +18,9 @@ static GLenum kind_of(const char *name)
     return strstr(name, ".comp.")   ? GL_COMPUTE_SHADER
            : strstr(name, ".vert.") ? GL_VERTEX_SHADER
            : strstr(name, ".frag.") ? GL_FRAGMENT_SHADER
+           : strstr(name, ".geom.") ? GL_GEOMETRY_SHADER
+           : strstr(name, ".tesc.") ? GL_TESS_CONTROL_SHADER
+           : strstr(name, ".tese.") ? GL_TESS_EVALUATION_SHADER
                                     : 0;
 }
 
@@ -83,8 +86,10 @@ static bool link_program(const char *folder, struct dirent **names, int count, c
         glGetProgramInfoLog(program, sizeof log, NULL, log);
     }
     *current = NULL; /* from here on the driver compiles what is its own */
-    printf("%s\t%s\t%s\n", ok ? "linked" : "failed", names[0]->d_name,
-           count > 1 ? names[1]->d_name : "");
+    printf("%s", ok ? "linked" : "failed");
+    for (int i = 0; i < count; i++)
+        printf("\t%s", names[i]->d_name);
+    printf("\n");
     if (!ok)
         fprintf(stderr, "%s does not link: %s\n", names[0]->d_name, log);
     glDeleteProgram(program);

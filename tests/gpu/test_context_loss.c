@@ -61,7 +61,7 @@ static void open_stage(struct stage *stage)
 {
     gl_hostile_lose_after(0);
     stage->renderer = render_rig_create();
-    rig_demo_open(&stage->demo, stage->renderer, "demo", 64);
+    rig_demo_open_fine(&stage->demo, stage->renderer, "demo", 64);
 }
 
 static void close_stage(struct stage *stage)
@@ -178,7 +178,7 @@ static void a_frame_in_flight_is_told_that_its_context_was_lost(void **state)
     gl_hostile_lose_after(0);
     stage.renderer = render_rig_create_as(
         &(struct renderer_desc){.is_strict = true, .hooks.defers_frames = true});
-    rig_demo_open(&stage.demo, stage.renderer, "demo", 64);
+    rig_demo_open_fine(&stage.demo, stage.renderer, "demo", 64);
     assert_true(renderer_submit(stage.renderer, stage.demo.key, &view, &frame, &is_done, &err));
     assert_false(is_done);
     gl_hostile_lose_after(1);

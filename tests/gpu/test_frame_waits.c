@@ -34,8 +34,8 @@ static void stage_begin(struct stage *stage)
                                               .color = {1, 1, 1},
                                               .intensity = 800};
     stage->view = (struct view){
-        .width_px = 256,
-        .height_px = 160,
+        .width_px = 64,
+        .height_px = 40,
         .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {3, 4.5, 3}, .target = {0, 1.5, 0}},
         .lights = stage->lamps,
         .light_count = 2,
@@ -106,12 +106,12 @@ static void other_views_of_a_scene_wait_twice_at_most(void **state)
     expect_waits(&stage, 2, "the first frame");
     stage.view.camera.eye[0] += 1;
     expect_waits(&stage, 1, "another camera");
-    stage.view.width_px += 64;
+    stage.view.width_px += 16;
     expect_waits(&stage, 2, "another size");
-    stage.view.width_px += 64;
+    stage.view.width_px += 16;
     stage.view.quality.shadow_resolution = 96;
     expect_waits(&stage, 2, "another size, of shadow maps, too");
-    stage.view.width_px += 64;
+    stage.view.width_px += 16;
     stage.view.quality.shadow_resolution = 128;
     stage.view.screen.channels = 0;
     stage.view.outputs = 1u << VIEW_OUTPUT_COLOR | 1u << VIEW_OUTPUT_DEPTH;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Shadow volumes, and silhouettes, in closed form: what is left of a light on a floor is the
- * product of the filters of the triangles on its way, whatever their edges have in common, wherever
- * the eye is. */
+/* Shadow volumes, silhouettes and grids of triangles in closed form: what is left of a light on a
+ * floor is the product of the filters of the triangles on its way, whatever their edges have in
+ * common, wherever the eye is. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -16,7 +16,7 @@
 #include "tests/support/image_checks.h"
 #include "tests/support/shadow_rig.h"
 
-enum { SIDE_PX = 48, TRIANGLES_MAX = 256 };
+enum { SIDE_PX = 48, TRIANGLES_MAX = 320 };
 
 struct triangle {
     double corners[3][3];
@@ -28,8 +28,13 @@ static const double colors[][3] = {
 enum { COLORS = 5, OPAQUE = 3, FAINT = 4 };
 
 /* Of one picture after the other. */
-static const enum shadow_technique techniques[] = {SHADOWS_VOLUME, SHADOWS_SILHOUETTE};
-enum { TECHNIQUES = 2 };
+static const struct {
+    enum shadow_technique shadows;
+    const char *pass;
+} techniques[] = {{SHADOWS_VOLUME, "shadow.volumes"},
+                  {SHADOWS_SILHOUETTE, "shadow.volumes"},
+                  {SHADOWS_AREA, "shadow.area"}};
+enum { TECHNIQUES = sizeof techniques / sizeof *techniques };
 
 struct soup {
     struct triangle triangles[TRIANGLES_MAX];
@@ -141,6 +146,7 @@ static int is_between(const struct triangle *t, const double p[3], const double 
 
 struct answer {
     int compared, counts[64]; /* by the number of triangles on the way */
+    int views;
 };
 
 /* Whether triangles are before the point as the eye sees it. */
@@ -228,6 +234,28 @@ static void compare(const struct soup *soup, const struct view *view, const stru
     }
 }
 
+/* Other stages of the device draw the same faces: each point is behind the same casters. A stencil
+ * takes them many times over. */
+static void compare_forms(struct renderer *renderer, const struct rig_scene *rig, struct view view,
+                          const struct image *computed, bool has_stencil, const char *name)
+{
+    const int end = has_stencil ? VIEW_SILHOUETTE_FORMS : VIEW_SILHOUETTE_STENCIL;
+    for (int form = VIEW_SILHOUETTE_COMPUTE + 1; form < end; form++) {
+        view.quality.silhouette_form = (enum view_silhouette_form)form;
+        struct image drawn = shoot_color(renderer, rig, &view);
+        for (int i = 0; i < SIDE_PX * SIDE_PX; i++) {
+            const float *a = image_pixel_f32(computed, i % SIDE_PX, i / SIDE_PX);
+            const float *b = image_pixel_f32(&drawn, i % SIDE_PX, i / SIDE_PX);
+            if (memcmp(a, b, 4 * sizeof *a) != 0)
+                fail_msg("%s: form %d has (%.9g, %.9g, %.9g) at %d, %d instead of (%.9g, %.9g, "
+                         "%.9g)",
+                         name, form, (double)b[0], (double)b[1], (double)b[2], i % SIDE_PX,
+                         i / SIDE_PX, (double)a[0], (double)a[1], (double)a[2]);
+        }
+        image_finish(&drawn);
+    }
+}
+
 static void check_view(struct renderer *renderer, const struct rig_scene *rig,
                        const struct soup *soup, struct view *view, const char *name,
                        struct answer *answer)
@@ -236,11 +264,14 @@ static void check_view(struct renderer *renderer, const struct rig_scene *rig,
     struct image open = shoot_color(renderer, rig, view);
     for (int i = 0; i < TECHNIQUES; i++) {
         struct frame dark;
-        const char *technique = shadow_technique_name((int)techniques[i]);
-        view->quality.shadows = techniques[i];
+        view->quality.shadows = techniques[i].shadows;
         shoot(renderer, rig, view, &dark);
-        assert_true(report_has_pass(&dark.report, "shadow.volumes", technique));
+        assert_true(report_has_pass(&dark.report, techniques[i].pass,
+                                    shadow_technique_name((int)techniques[i].shadows)));
         compare(soup, view, &open, &dark.outputs[VIEW_OUTPUT_COLOR], name, answer);
+        if (techniques[i].shadows == SHADOWS_SILHOUETTE && answer->views++ % 3 == 0)
+            compare_forms(renderer, rig, *view, &dark.outputs[VIEW_OUTPUT_COLOR],
+                          answer->views % 9 == 1, name);
         frame_finish(&dark);
     }
     image_finish(&open);
@@ -461,6 +492,122 @@ static void a_soup_of_triangles_is_exact(void **state)
     check(*state, &soup, "soup");
 }
 
+/* A counter for each of 24 filters is all that there is; silhouettes by compute then add up
+ * logarithms. The plan tells both before anything is drawn. */
+static void filters_without_counters_are_refused_where_stages_draw(void **state)
+{
+    enum { FILTERS = 25 };
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    struct glb_builder *builder = closed_form_begin(&scene, "Filters", 0);
+    closed_form_floor(&scene, builder, 4);
+    for (int i = 0; i < FILTERS; i++) {
+        const float x = 0.1f * (float)i - 1.2f, positions[9] = {x, 1, 0, x + 0.09f, 1, 0, x, 1, 1};
+        const struct glb_material_desc material = {.base_color = {0.02 + 0.03 * i, 0.5, 0.5, 1},
+                                                   .transmission = 1,
+                                                   .has_ior = true,
+                                                   .ior = 1,
+                                                   .is_double_sided = true};
+        const struct glb_primitive_desc primitive = {
+            .material = glb_builder_add_material(builder, &material),
+            .vertex_count = 3,
+            .positions = positions};
+        struct glb_node_desc node = {.mesh = glb_builder_add_mesh(builder, "", &primitive, 1)};
+        glb_builder_add_node(builder, &node);
+    }
+    closed_form_end(&scene, builder);
+    rig_scene_open(&rig, *state, "filters", scene.glb, scene.size_bytes);
+    struct view_light light = lights[0];
+    struct view view = {.width_px = SIDE_PX,
+                        .height_px = SIDE_PX,
+                        .camera = cameras[1],
+                        .outputs = 1u << VIEW_OUTPUT_COLOR,
+                        .lights = &light,
+                        .light_count = 1,
+                        .ignore_scene_lights = true,
+                        .quality = {.samples = 1, .shadows = SHADOWS_SILHOUETTE}};
+    view.camera.kind = VIEW_CAMERA_LOOK_AT;
+    light.intensity = 40;
+    light.color[0] = light.color[1] = light.color[2] = 1;
+    struct frame summed;
+    struct plan plan;
+    struct error none = {0};
+    const char *instead = "logarithms of their filters are added in place of counts";
+    shoot(*state, &rig, &view, &summed);
+    assert_true(report_has_warning(&summed.report, instead));
+    assert_true(renderer_explain(*state, rig.key, &view, &plan, &none));
+    assert_int_equal(plan.lacks.count, 1);
+    assert_non_null(strstr(plan.lacks.texts[0], instead));
+    frame_finish(&summed);
+    for (int form = 1; form < VIEW_SILHOUETTE_FORMS; form++) {
+        struct frame frame = {0};
+        struct error err = {0}, told = {0};
+        view.quality.silhouette_form = (enum view_silhouette_form)form;
+        assert_false(renderer_render(*state, rig.key, &view, &frame, &err));
+        assert_int_equal(err.code, ERROR_UNSUPPORTED);
+        assert_non_null(strstr(err.message, "more than 24 filters"));
+        assert_false(renderer_explain(*state, rig.key, &view, &plan, &told));
+        assert_int_equal(told.code, err.code);
+        assert_string_equal(told.message, err.message);
+    }
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
+static struct view view_from_beside(const struct view_light *light)
+{
+    struct view view = {.width_px = SIDE_PX,
+                        .height_px = SIDE_PX,
+                        .outputs = 1u << VIEW_OUTPUT_COLOR,
+                        .camera = cameras[1],
+                        .lights = light,
+                        .light_count = 1,
+                        .ignore_scene_lights = true,
+                        .quality = {.samples = 1, .shadows = SHADOWS_SILHOUETTE}};
+    view.camera.kind = VIEW_CAMERA_LOOK_AT;
+    return view;
+}
+
+/* More triangles of one filter than eight bits count, but not on one way; and on one way. */
+static void a_stencil_counts_as_far_as_it_can(void **state)
+{
+    enum { MANY = 300 };
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    struct view_light light = lights[0];
+    light.intensity = 40;
+    light.color[0] = light.color[1] = light.color[2] = 1;
+    struct view view = view_from_beside(&light);
+    view.quality.samples = 4;
+    for (int is_stack = 0; is_stack < 2; is_stack++) {
+        struct soup soup = {.count = 0};
+        for (int i = 0; i < MANY; i++) {
+            double x = is_stack ? -0.5 : 0.1 * (i % 20) - 1,
+                   z = is_stack ? -0.5 : 0.1 * (i / 20) - 0.75;
+            double size = is_stack ? 1 : 0.15;
+            add(&soup, FAINT, (double[]){x, 1, z}, (double[]){x + size, 1.01, z},
+                (double[]){x, 1, z + size});
+        }
+        build(&soup, &scene);
+        rig_scene_open(&rig, *state, is_stack ? "stack" : "many", scene.glb, scene.size_bytes);
+        view.quality.silhouette_form = VIEW_SILHOUETTE_COMPUTE;
+        struct image computed = shoot_color(*state, &rig, &view);
+        if (!is_stack)
+            compare_forms(*state, &rig, view, &computed, true, "many");
+        else {
+            struct frame frame = {0};
+            struct error err = {0};
+            view.quality.silhouette_form = VIEW_SILHOUETTE_STENCIL;
+            assert_false(renderer_render(*state, rig.key, &view, &frame, &err));
+            assert_int_equal(err.code, ERROR_UNSUPPORTED);
+            assert_non_null(strstr(err.message, "a way crosses 255 faces"));
+        }
+        image_finish(&computed);
+        rig_scene_finish(&rig, *state);
+        closed_form_scene_finish(&scene);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -474,6 +621,8 @@ int main(void)
         cmocka_unit_test(a_grid_of_spheres_has_no_cracks),
         cmocka_unit_test(a_triangle_in_the_plane_of_the_light_casts_none),
         cmocka_unit_test(a_soup_of_triangles_is_exact),
+        cmocka_unit_test(a_stencil_counts_as_far_as_it_can),
+        cmocka_unit_test(filters_without_counters_are_refused_where_stages_draw),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -82,6 +82,37 @@ class UploadTest(CliTest):
         out, _ = self.run_cli("push", self.scene(content), "--demo")
         self.assertEqual(out.split(), ["de" * 32, hashlib.sha256(content).hexdigest()])
 
+    def test_a_procedure_is_sent_as_a_gltf_of_its_own(self):
+        self.run_cli("push", "--procedure", "smoke:seed=3;color=1,0.5,0")
+        (request,) = self.stub.sent("POST", "/v1/scenes")
+        self.assertEqual("model/gltf+json", request.headers["Content-Type"])
+        self.assertEqual("/v1/scenes?name=smoke", request.path)
+        document = json.loads(request.body)
+        (grid,) = document["extensions"]["VITRAIL_density_grids"]["grids"]
+        self.assertEqual({"name": "smoke", "min": [-1, 0, -1], "max": [1, 4, 1], "density": 20,
+                          "size": [64, 128, 64], "color": [1, 0.5, 0],
+                          "procedure": {"type": "smoke", "seed": 3}}, grid)
+        self.run_cli("push", "--procedure", "fog:density=0.5;min=0,0,0;max=8,1,8;detail=2",
+                     "--name", "mist")
+        request = self.stub.sent("POST", "/v1/scenes")[-1]
+        (grid,) = json.loads(request.body)["extensions"]["VITRAIL_density_grids"]["grids"]
+        self.assertEqual("/v1/scenes?name=mist", request.path)
+        self.assertEqual([161, 20, 161], grid["size"])  # cubes, 2^19 of them
+        self.assertEqual((0.5, {"type": "fog", "detail": 2}), (grid["density"], grid["procedure"]))
+
+    def test_a_wrong_procedure_is_told_before_anything_is_sent(self):
+        for spec, told in (("steam", "smoke, fog or cloud"), ("", "smoke, fog or cloud"),
+                           ("smoke:size=8", "3 numbers"), ("smoke:sed=3", "seed"),
+                           ("fog:density=thick", "number")):
+            _, err = self.run_cli("push", self.scene(), "--procedure", spec, code=2)
+            self.assertIn(told, err)
+        _, err = self.run_cli("push", "--procedure", "fog", "--procedure", "fog", "--name", "both",
+                              code=2)
+        self.assertIn("--name is for one FILE, and there are 2", err)
+        _, err = self.run_cli("push", "--procedure", "fog", "--unit", "mm", code=2)
+        self.assertIn("--unit, --up and --deflection are for a FILE", err)
+        self.assertEqual([], self.stub.sent("POST", "/v1/scenes"))
+
     def test_a_push_of_nothing_is_a_wrong_command_line(self):
         _, err = self.run_cli("push", code=2)
         self.assertIn("push needs a FILE, or --demo", err)

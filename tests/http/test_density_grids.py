@@ -5,6 +5,7 @@ import json
 import math
 import os
 import pathlib
+import shutil
 import struct
 import subprocess
 import sys
@@ -22,6 +23,9 @@ sys.dont_write_bytecode = True
 
 import vitrail  # its folder is known only now
 
+NODE = shutil.which("node")
+CLIENT = os.path.join(os.path.dirname(os.path.abspath(__file__)),
+                      "../../clients/viewer/vitrail.js")
 WRITER = os.path.join(support.BIN, "vdb_files")  # built with OpenVDB
 
 LOOK = {"width": 24, "height": 16, "camera": {"eye": [0, 2.5, 2.5], "target": [0, 0.5, 0]},
@@ -84,6 +88,53 @@ class DensityGrids(support.ServiceTest):
             with self.assertRaises(ValueError):
                 vitrail.density_grid(values, (0, 0, 0), (1, 1, 1))
 
+    @unittest.skipUnless(NODE, "no node")
+    def test_an_array_of_javascript_makes_the_scene_of_python(self):
+        program = """
+          import { Vitrail, densityGrid } from "./vitrail.mjs";
+          const look = { density: 3, color: [1, 0.5, 0] };
+          const box = { min: [-0.5, 0.2, -0.5], max: [0.5, 1.2, 0.5], ...look };
+          const thinLeft = Float32Array.of(0, 0, 1, 1, 0, 0, 1, 1);  // x first
+          const { id } = await new Vitrail("%s").postScene(densityGrid(thinLeft, [4, 1, 2], box));
+          let refused = 0;
+          for (const size of [[4, 1], [4, 2, 2], [8]])
+            try { densityGrid(thinLeft, size, box); } catch { refused++; }
+          console.log(id, refused);
+        """ % f"http://127.0.0.1:{self.daemon.port}"
+        with tempfile.TemporaryDirectory() as folder:
+            shutil.copyfile(CLIENT, os.path.join(folder, "vitrail.mjs"))
+            pathlib.Path(folder, "main.mjs").write_text(program, encoding="utf-8")
+            done = subprocess.run([NODE, "main.mjs"], cwd=folder, text=True, capture_output=True,
+                                  check=False, timeout=60)
+        self.assertEqual(0, done.returncode, done.stderr)
+        scene, refused = done.stdout.split()
+        self.assertEqual("3", refused)
+        python = self.daemon.push(vitrail.density_grid(
+            [[[0, 0, 1, 1]], [[0, 0, 1, 1]]], (-0.5, 0.2, -0.5), (0.5, 1.2, 0.5), density=3,
+            color=(1, 0.5, 0)))
+        self.assertEqual(self.pixels(python, lights=LIGHTS), self.pixels(scene, lights=LIGHTS))
+
+    def test_the_command_line_brings_smoke_by_procedures(self):
+        def push(*arguments, status=0):
+            done = subprocess.run([os.path.join(support.BIN, "vitrail"), "push", *arguments],
+                                  env={**os.environ,
+                                       "VITRAIL_SERVER": f"http://127.0.0.1:{self.daemon.port}"},
+                                  text=True, capture_output=True, check=False, timeout=60)
+            self.assertEqual(status, done.returncode, done.stderr)
+            return done.stdout.split() if status == 0 else done.stderr
+        scenes = push("--procedure", "smoke:min=-0.5,0,-0.5;max=0.5,1.5,0.5;size=8,12,8;seed=3",
+                      "--procedure", "fog", "--procedure", "cloud:seed=4294967295;detail=2")
+        names, bounds = [], []
+        for scene in scenes:
+            summary = self.daemon.request("GET", f"/v1/scenes/{scene}").json()
+            names += summary["density_grids"]
+            bounds.append([summary["bounds"][end] for end in ("min", "max")])
+        self.assertEqual(["smoke", "fog", "cloud"], names)
+        self.assertEqual([[[-0.5, 0, -0.5], [0.5, 1.5, 0.5]], [[-4, 0, -4], [4, 1, 4]],
+                          [[-2, 0, -2], [2, 2, 2]]], bounds)
+        self.assertGreater(max(pixel["A"] for pixel in self.pixels(scenes[0])), 0.5)
+        self.assertIn("min", push("--procedure", "fog:max=0,0,0", status=1))
+
     def test_it_shades_another_scene_as_a_part(self):
         floor, scene = self.daemon.push(lit_floor()), self.daemon.push(
             smoke(density=2, color=[0, 0, 0]))
@@ -111,6 +162,19 @@ class DensityGrids(support.ServiceTest):
         tried = {one["shadows"] for one in document()["settings"]}
         self.assertTrue(tried)
         self.assertTrue(tried.isdisjoint({"raytraced-shadows", "area", "volume", "silhouette"}))
+
+    def test_trade_offs_of_more_grids_than_are_rasterised_are_measured_by_rays(self):
+        floor, scene = self.daemon.push(lit_floor()), self.daemon.push(smoke())
+        parts = {f"a{i}": {"scene": scene} for i in range(9)}
+        path = self.daemon.request("POST", "/v1/tradeoffs", {
+            "scene": floor, "width": 16, "height": 12, "parts": parts,
+            "tradeoff": {"max_settings": 3, "reference_samples": 16}}).header("Location")
+
+        def document():
+            return self.daemon.request("GET", path).json()
+        support.wait_until(lambda: document()["state"] not in ("queued", "running"), "it ends", 240)
+        self.assertEqual("done", document()["state"], document()["problem"])
+        self.assertEqual({"raytraced"}, {one["shadows"] for one in document()["settings"]})
 
     def middle(self, scene, **members):
         return self.pixels(scene, quality={"shadows": "raytraced", "samples": 1},

@@ -39,10 +39,13 @@ class JobTiles(JobTest):
         self.assertEqual(read_png(single.body), read_png(self.file(job, frame=2)))
         ids = self.daemon.render(scene, format="png", output="node", **time)
         self.assertEqual(read_png(ids.body), read_png(self.file(job, "ids", 2)))
+        for whole, name in ((single, "color"), (ids, "ids")):
+            self.assertEqual(support.provenance(whole.body),
+                             support.provenance(self.file(job, name, 2)))
         for name, members in (("still", {"format": "jpeg", "quality_percent": 70}),
                               ("data", {"format": "exr",
                                         "outputs": ["color", "depth", "normal"]})):
-            single = self.daemon.render(scene, provenance=False, **members, **time)
+            single = self.daemon.render(scene, **members, **time)
             self.assertEqual(single.body, self.file(job, name, 2), name)
         for frame in self.frames(job):
             for file in frame["files"]:
@@ -50,6 +53,13 @@ class JobTiles(JobTest):
                     self.daemon.request("GET", file["href"]).body))
         folder = os.path.join(self.daemon.state_dir, "jobs", job)
         self.assertEqual(8, len(os.listdir(folder)), "no tile and no draft is left")
+
+    def test_a_job_without_provenance_joins_none(self):
+        outputs = [{"name": format, "format": format} for format in ("png", "jpeg", "exr")]
+        job = self.tiled(self.daemon.push(moving()), provenance=False, outputs=outputs)
+        self.wait(job)
+        for output in outputs:
+            self.assertIsNone(support.provenance(self.file(job, output["name"])))
 
     def test_progress_counts_tiles(self):
         job = self.tiled(self.daemon.push(moving("fake:slow=20")))

@@ -352,6 +352,22 @@ class Jobs(JobTest):
                                               "quality": {"shadows": "map"}})
         self.assertIsNone(self.wait(plain)["chosen"])
 
+    def test_the_first_frame_chooses_the_samples_of_haze_for_all(self):
+        scene = self.daemon.push(moving("fake:tradeoff"))
+        view = {"width": 32, "height": 16, "atmosphere": {"density": 0.1},
+                "quality": {"shadows": "deep"}}
+        tradeoff = self.daemon.request("POST", "/v1/tradeoffs", {
+            "scene": scene, **view, "tradeoff": {"repeats": 1}}).json()["id"]
+        support.wait_until(lambda: self.daemon.request(
+            "GET", f"/v1/tradeoffs/{tradeoff}").json()["state"] == "done", "it is measured", 60)
+        view["quality"]["max_error"] = 0.2
+        job = self.submit(scene, "1-3", view=view)
+        self.assertEqual(16, self.wait(job)["chosen"]["atmosphere_samples"])
+        for frame in range(1, 4):
+            picture = self.daemon.request("GET", f"/v1/jobs/{job}/frames/{frame}/color").body
+            quality = support.provenance(picture)["request"]["quality"]
+            self.assertEqual(16, quality["atmosphere_samples"])
+
     def test_a_scene_that_is_deleted_ends_its_job_by_name(self):
         scene = self.daemon.push(moving("fake:slow=21"))
         job = self.submit(scene, "1-50")

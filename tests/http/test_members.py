@@ -56,7 +56,8 @@ def members(scene):
                     "shadow_prefilter": 1, "shadow_compression": 0.01, "shadow_fallback": 0.01,
                     "area_samples": 4, "environment_samples": 4, "atmosphere_samples": 20,
                     "environment_visibility": "rays",
-                    "refraction": "auto", "refraction_samples": 4, "faithful": False},
+                    "refraction": "auto", "refraction_samples": 4, "faithful": False,
+                    "volume_map": "factors", "silhouette_form": "geometry"},
     }
 
 

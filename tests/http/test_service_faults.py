@@ -186,25 +186,16 @@ class Decoder(support.ServiceTest):
 
 class Images(support.ServiceTest):
     def push_pane(self, name):
-        """A triangle with a texture, which a library decodes."""
+        """A triangle with a texture."""
         uri = "data:image/png;base64," + base64.b64encode(png_bytes(1, 1, bytes(4))).decode()
         look = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
         content = triangle(name, images=[{"uri": uri}], textures=[{"source": 0}], materials=[look])
         self.assertEqual(201, self.daemon.post_scene(content).status)
 
-    def test_images_are_decoded_by_a_decoder_without_time_to_prepare_for_them(self):
+    def test_uploads_one_upon_the_other_find_decoders_that_read_images(self):
         for turn in range(3):
             self.push_pane(f"pane {turn}")
             self.daemon.push(triangle(f"no pane {turn}"))
-
-    def test_a_spare_decoder_of_an_idle_server_is_prepared_for_images(self):
-        self.daemon.push(triangle("calm"))
-        support.wait_until(
-            lambda: any("vitrail-images.so" in maps_of(pid)
-                        for pid in children_of(self.daemon.process.pid, "decoder")),
-            "a spare decoder that has loaded the library", support.START_S
-        )
-        self.push_pane("pane in calm")
 
 
 class Children(support.unittest.TestCase):
@@ -242,15 +233,6 @@ def is_running(pid):
             return stat.read().rsplit(")", 1)[1].split()[0] not in "ZX"
     except OSError:
         return False
-
-
-def maps_of(pid):
-    """The files that a process has mapped; none when it is gone."""
-    try:
-        with open(f"/proc/{pid}/maps", encoding="utf-8") as maps:
-            return maps.read()
-    except OSError:
-        return ""
 
 
 def children_of(parent, role):

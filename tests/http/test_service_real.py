@@ -340,6 +340,18 @@ class Real(support.unittest.TestCase):
         after = self.daemon.stats()["renders"]["rendered"]
         self.assertEqual(rendered + 1, after, "to explain is not to render")
 
+    def test_explain_tells_the_warnings_of_the_frame(self):
+        quality = {"shadows": "stochastic", "transparency": "weighted-blended"}
+        warnings = self.explain("json", quality=quality).json()["warnings"]
+        link = self.render(quality=quality).header("Link")
+        report = self.daemon.request("GET", link[1 : link.index(">")]).json()
+        self.assertTrue(any("weighted-blended" in one for one in warnings), warnings)
+        self.assertEqual(warnings, [one for one in report["warnings"] if "environment" not in one])
+        text = self.explain("text", quality=quality).body.decode()
+        self.assertIn(f"Warnings:\n  {warnings[0]}", text)
+        plan = self.explain("json", quality={"shadows": "raytraced"}).json()
+        self.assertEqual([], plan["warnings"])
+
     def programs(self, **members):
         plan = self.explain("json", **members).json()
         return {one["id"]: one for line in plan["passes"] for one in line["programs"]}, plan
@@ -439,7 +451,8 @@ class Real(support.unittest.TestCase):
                 self.assertEqual(200, daemon.render(daemon.push(lit_floor())).status)
                 self.assertEqual(0, daemon.stop())
             self.assertEqual(["shaders", "state"], sorted(os.listdir(home)))
-            self.assertTrue(all(re.match("[0-9a-f]{16}-[a-z_0-9]+[.](vert|frag|comp)[.]glsl$", name)
+            file = "[0-9a-f]{16}-[a-z_0-9]+[.](vert|tesc|tese|geom|frag|comp)[.]glsl$"
+            self.assertTrue(all(re.match(file, name)
                                 for name in os.listdir(dump)))
             sources = [open(os.path.join(dump, name)).read() for name in os.listdir(dump)]
             self.assertTrue(any("shadow_transmittance(" in source for source in sources))

@@ -118,7 +118,7 @@ class Renders(support.ServiceTest):
 
     def test_every_output_comes_in_every_format_that_can_hold_it(self):
         for output in ("color", "depth", "normal", "albedo", "node", "material", "position",
-                       "transmittance", "lights", "layers"):
+                       "transmittance", "lights", "layers", "optical_depth"):
             for name in ("png", "jpeg", "webp", "exr"):
                 reply = self.daemon.render(self.scene, output=output, format=name)
                 cannot = (output in ("node", "material") and name in ("jpeg", "webp")

@@ -37,6 +37,8 @@ SETTING = (
     "shadow_taps",
     "shadow_compression",
     "shadow_prefilter",
+    "atmosphere_samples",
+    "transparency",
 )
 
 support.needs(DAEMON)

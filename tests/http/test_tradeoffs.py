@@ -7,6 +7,7 @@ import math
 import os
 import re
 import signal
+import struct
 import time
 import unittest
 import xml.etree.ElementTree
@@ -17,6 +18,7 @@ from support import glb, triangle_document, TRIANGLE, wait_until
 support.needs(support.FAKE)
 
 SMALL = {"width": 64, "height": 48}
+HAZE = {"atmosphere": {"density": 0.1}}
 SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -27,6 +29,23 @@ def scene_of(*nodes):
         document["nodes"].append({"name": name})
         document["scenes"][0]["nodes"].append(index + 1)
     return glb(document, TRIANGLE)
+
+
+def smoky_scene():
+    """Likewise, with a density grid of one value."""
+    document = triangle_document("fake:tradeoff")
+    at = len(TRIANGLE)
+    document["buffers"][0]["byteLength"] = at + 4
+    document["bufferViews"].append({"buffer": 0, "byteOffset": at, "byteLength": 4})
+    document["accessors"].append({"bufferView": len(document["bufferViews"]) - 1,
+                                  "componentType": 5126, "count": 1, "type": "SCALAR"})
+    grid = {"name": "smoke", "size": [1, 1, 1], "values": len(document["accessors"]) - 1,
+            "min": [0, 0, 0], "max": [1, 1, 1]}
+    document["extensionsUsed"] = ["VITRAIL_density_grids"]
+    document["extensions"] = {"VITRAIL_density_grids": {"grids": [grid]}}
+    document["nodes"].append({"extensions": {"VITRAIL_density_grids": {"grid": 0}}})
+    document["scenes"][0]["nodes"].append(len(document["nodes"]) - 1)
+    return glb(document, TRIANGLE + struct.pack("<f", 1))
 
 
 class TradeoffTest(support.ServiceTest):
@@ -121,6 +140,76 @@ class Measuring(TradeoffTest):
             self.assertEqual({round(s["error"]["rmse"], 5) for s in traced}, expected, quality)
             if quality.get("shadows"):
                 self.assertEqual(traced, document["settings"])
+
+    def test_haze_is_swept_by_its_samples_and_a_clear_view_is_not(self):
+        scene = self.daemon.push(scene_of("fake:slow=0", "haze"))
+        options = {"max_settings": 128, "repeats": 1, "keep_images": False}
+        clear = self.measure(scene, tradeoff=options)["settings"]
+        self.assertEqual({None}, {s["atmosphere_samples"] for s in clear})
+        said = self.measure(scene, tradeoff=options, quality={"atmosphere_samples": 16})["settings"]
+
+        def settings(rows):  # all but times, which a clock has
+            return [{k: v for k, v in row.items() if not k.endswith("_ms") and k != "on_front"}
+                    for row in rows]
+
+        self.assertEqual(settings(clear), settings(said))
+        path = self.begin(scene, tradeoff=options, **HAZE, quality={"shadows": "deep"})
+        hazy = self.end(path)["settings"]
+        self.assertEqual({None, 16, 256}, {s["atmosphere_samples"] for s in hazy})
+        rmse = {s["atmosphere_samples"]: s["error"]["rmse"] for s in hazy
+                if (s["shadow_resolution"], s["shadow_taps"]) == (1024, 4)
+                and not s["shadow_compression"]}
+        self.assertAlmostEqual(0.03, rmse[16] - rmse[None], 5)  # as the fake renderer makes them
+        self.assertAlmostEqual(0.0075, rmse[None] - rmse[256], 5)
+        csv_text = self.daemon.request("GET", path + "?format=csv").body.decode()
+        rows = list(csv.DictReader(io.StringIO(csv_text)))
+        self.assertEqual([str(s["atmosphere_samples"] or "") for s in hazy],
+                         [row["atmosphere_samples"] for row in rows])
+        svg = self.daemon.request("GET", path + "?format=svg").body.decode()
+        page = self.daemon.request("GET", path + "?format=html").body.decode()
+        self.assertIn(", media 16: ", svg)
+        self.assertIn(", media 256</td>", page)
+        threads = [p for p in xml.etree.ElementTree.fromstring(svg).iter(SVG + "path")
+                   if p.get("class") == "media"]
+        bare = [s for s in hazy if s["atmosphere_samples"] is None]
+        self.assertEqual(len(hazy) - len(bare) + 1, len(threads))  # one is the legend's
+
+    def test_smoke_is_swept_by_its_samples_and_by_deep_maps_where_glass_casts_shadows(self):
+        document = self.measure(self.daemon.push(smoky_scene()),
+                                tradeoff={"max_settings": 128, "repeats": 1, "keep_images": False})
+        self.assertTrue(document["counts"]["transparent_casters"])
+        samples = {}
+        for setting in document["settings"]:
+            samples.setdefault(setting["shadows"], set()).add(setting["atmosphere_samples"])
+        self.assertEqual({None, 16, 256}, samples["deep"])
+        self.assertEqual({None, 4, 32}, samples["raytraced"])
+        self.assertNotIn("raytraced-shadows", samples)  # which draws no smoke
+
+    def test_samples_of_haze_that_were_said_are_held_fixed(self):
+        scene = self.daemon.push(scene_of("fake:slow=0", "fixed"))
+        document = self.measure(scene, **HAZE, quality={"atmosphere_samples": 48},
+                                tradeoff={"max_settings": 6, "repeats": 1})
+        self.assertEqual({48}, {s["atmosphere_samples"] for s in document["settings"]})
+
+    def test_methods_for_transparent_surfaces_are_swept_where_some_are_in_view(self):
+        options = {"max_settings": 128, "repeats": 1, "keep_images": False}
+        clear = self.measure(self.daemon.push(scene_of("no layers")), tradeoff=options)
+        self.assertEqual({None}, {s["transparency"] for s in clear["settings"]})
+        path = self.begin(self.daemon.push(scene_of("fake:layers")), tradeoff=options)
+        settings = self.end(path)["settings"]
+        drawn = [s for s in settings if s["transparency"]]  # those that take a ground plane
+        self.assertEqual({"weighted-blended", "stochastic", "moment-based", "sorted"},
+                         {s["transparency"] for s in drawn})
+        self.assertEqual(4, len(drawn))
+        self.assertEqual({("deep", 1024, 4)}, {
+            (s["shadows"], s["shadow_resolution"], s["shadow_taps"]) for s in drawn})
+        text = self.daemon.request("GET", path + "?format=csv").body.decode()
+        self.assertEqual([s["transparency"] or "" for s in settings],
+                         [row["transparency"] for row in csv.DictReader(io.StringIO(text))])
+        page = self.daemon.request("GET", path + "?format=html").body.decode()
+        self.assertIn("<td>deep 1024, 4 taps, moment-based, 1 sample</td>", page)
+        svg = self.daemon.request("GET", path + "?format=svg").body.decode()
+        self.assertNotIn("media samples", svg)  # no threads between methods, nor in the legend
 
     def test_what_cannot_differ_is_skipped_with_its_reason(self):
         document = self.measure(self.daemon.push(support.triangle("plain")))
@@ -390,6 +479,37 @@ class Choosing(TradeoffTest):
         self.assertIn("max_error 0.001 is not kept", frame["warnings"][0])
         frame, _ = self.render(scene, max_error=0.006, shadows="deep")
         self.assertEqual("deep", frame["chosen"]["shadows"])
+
+    def test_samples_of_haze_are_chosen_by_what_was_measured(self):
+        scene = self.daemon.push(scene_of("fake:slow=0", "hazy"))
+        self.measure(scene, **HAZE, quality={"shadows": "deep"}, tradeoff={"max_settings": 128})
+        fixed = {"shadows": "deep", "shadow_resolution": 1024, "shadow_taps": 4, "samples": 1}
+        for error, samples in ((0.09, 16), (0.06, None), (0.041, 256)):
+            quality = {**fixed, "max_error": error}
+            frame, chosen = self.render(scene, HAZE, **quality)
+            self.assertEqual([], frame["warnings"])
+            self.assertEqual(samples, frame["chosen"]["atmosphere_samples"], frame["chosen"])
+            self.assertEqual("measured", frame["error"]["source"])
+            plain = {**HAZE, "provenance": False}
+            _, chosen = self.render(scene, plain, **quality)
+            _, said = self.render(scene, plain, **fixed, atmosphere_samples=samples,
+                                  shadow_fallback=error)
+            self.assertEqual(chosen.header("ETag"), said.header("ETag"))
+        frame, _ = self.render(scene, HAZE, **fixed, max_error=0.06, atmosphere_samples=16)
+        self.assertEqual(16, frame["chosen"]["atmosphere_samples"])
+        self.assertIn("max_error 0.06 is not kept", frame["warnings"][0])
+
+    def test_a_method_that_was_measured_for_the_view_is_chosen_there_alone(self):
+        scene = self.daemon.push(scene_of("fake:layers", "chosen"))
+        self.measure(scene, tradeoff={"max_settings": 128})
+        frame, _ = self.render(scene, budget_ms=10, shadows="deep", shadow_resolution=1024,
+                               shadow_taps=4)
+        self.assertEqual("sorted", frame["chosen"]["transparency"], frame["chosen"])
+        other_view = {"clip_planes": [[0, 0, 1, 9]]}
+        for members, quality in (({}, {"transparency": "lists"}), (other_view, {})):
+            frame, _ = self.render(scene, members, budget_ms=10, shadows="deep",
+                                   shadow_resolution=1024, shadow_taps=4, **quality)
+            self.assertIsNone(frame["chosen"]["transparency"], frame["chosen"])
 
     def test_what_cannot_be_kept_is_warned_of_with_numbers(self):
         scene = self.daemon.push(scene_of("fake:slow=0", "c"))

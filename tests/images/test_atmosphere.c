@@ -221,6 +221,36 @@ static void lamps_agree_with_quadrature(void **state)
     rig_scene_finish(&rig, *state);
 }
 
+/* Around a lamp in the picture the haze glows like one over the distance from it, which rays find
+ * sharper than the columns of the grid are: one pixel wide, and two with few slices. */
+static void a_lamp_in_the_haze_glows_sharply(void **state)
+{
+    static const double lamp_px[2] = {107.02, 29.56};
+    static const int slices[] = {64, 16};
+    struct rig_scene rig;
+    open_stage(&rig, *state, &(struct stage){.wall_glow = 0});
+    for (int form = 0; form < 2; form++) {
+        struct view view = look(&lamp, 1);
+        view.quality.shadows = SHADOWS_RAYTRACED;
+        view.quality.atmosphere_samples = slices[form];
+        struct image image = shoot_color(*state, &rig, &view);
+        int count = 0;
+        for (int i = 0; i < 9 * 9; i++) {
+            int x = 103 + i % 9, y = 25 + i / 9;
+            double way[3], end = way_of(&view, x, y, wall_z, way);
+            double away_px = hypot(x + 0.5 - lamp_px[0], y + 0.5 - lamp_px[1]);
+            if (away_px > 1.2 * (form + 1))
+                continue;
+            for (int k = 0; k < 3; k++)
+                expect(&image, x, y, k, lamp_scattered(&view, way, end, k), 0.01, "glow");
+            count++;
+        }
+        assert_true(count >= 5);
+        image_finish(&image);
+    }
+    rig_scene_finish(&rig, *state);
+}
+
 /* What the haze lets through of a wall that glows, even and thinning out above a height. */
 static void what_is_behind_is_dimmed(void **state)
 {
@@ -646,6 +676,7 @@ int main(void)
     static const struct CMUnitTest tests[] = {
         cmocka_unit_test(even_haze_under_a_sun_is_exact),
         cmocka_unit_test(lamps_agree_with_quadrature),
+        cmocka_unit_test(a_lamp_in_the_haze_glows_sharply),
         cmocka_unit_test(what_is_behind_is_dimmed),
         cmocka_unit_test(lamps_are_dimmed_on_their_way),
         cmocka_unit_test(layers_lie_in_the_haze),

@@ -101,8 +101,54 @@ static void rasterised_and_traced_pictures_agree_in_every_pose(void **state)
     rig_scene_finish(&rig, renderer);
 }
 
-static const enum shadow_technique techniques[] = {SHADOWS_MAP, SHADOWS_DEEP, SHADOWS_DEEP_LINKED,
-                                                   SHADOWS_RAYTRACED, SHADOWS_RAYTRACED_SHADOWS};
+static const struct view_light panel = {.type = SCENE_LIGHT_RECT,
+                                        .position = {1.5, 4, 2},
+                                        .direction = {-0.4, -1, -0.5},
+                                        .up = {0, 0, 1},
+                                        .color = {1, 1, 1},
+                                        .intensity = 60,
+                                        .width_m = 0.6,
+                                        .height_m = 0.4};
+
+/* Shadows by the triangles of the pose, hard ones and soft ones, are those of rays from the same
+ * points. Rays begin on the surface that the vertices describe, volumes on facets. */
+static void triangles_of_every_pose_cast_the_shadows_of_rays(void **state)
+{
+    static const enum shadow_technique by_triangles[] = {SHADOWS_VOLUME, SHADOWS_SILHOUETTE,
+                                                         SHADOWS_AREA, SHADOWS_AREA};
+    struct renderer *renderer = *state;
+    struct rig_scene rig;
+    open_scene(&rig, renderer);
+    for (int step = -1; step <= 6; step++)
+        for (int t = 0; t < 4; t++) {
+            struct view view = make_view(step < 0 ? -1 : 0.25 * step, SHADOWS_RAYTRACED_SHADOWS);
+            struct frame frame;
+            view.lights = t == 3 ? &panel : &lamp;
+            struct image traced = shoot_color(renderer, &rig, &view);
+            view.quality.shadows = SHADOWS_NONE;
+            struct image open = shoot_color(renderer, &rig, &view);
+            view.quality.shadows = by_triangles[t];
+            shoot(renderer, &rig, &view, &frame);
+            const struct image *drawn = &frame.outputs[VIEW_OUTPUT_COLOR];
+            double share = image_share_differing(drawn, &traced, 1e-3, 0.05);
+            double shadowed = image_share_differing(&open, &traced, 0.1, 0.05);
+            print_message("step %d, %s: %.5f of the pixels differ, %.3f are in shadow\n", step,
+                          shadow_technique_name((int)by_triangles[t]), share, shadowed);
+            assert_false(report_has_pass(&frame.report, "shadow.trace", NULL));
+            assert_true(shadowed > 0.03);
+            assert_true(share < (by_triangles[t] == SHADOWS_AREA ? 1e-4 : 1.5e-3));
+            save_picture(drawn, "deformed_by_triangles");
+            save_picture(&traced, "deformed_by_rays");
+            image_finish(&traced);
+            image_finish(&open);
+            frame_finish(&frame);
+        }
+    rig_scene_finish(&rig, renderer);
+}
+
+static const enum shadow_technique techniques[] = {
+    SHADOWS_MAP,    SHADOWS_DEEP,       SHADOWS_DEEP_LINKED, SHADOWS_RAYTRACED,
+    SHADOWS_VOLUME, SHADOWS_SILHOUETTE, SHADOWS_AREA,        SHADOWS_RAYTRACED_SHADOWS};
 
 static void shoot_series(struct renderer *renderer, enum shadow_technique technique,
                          const double *times, int count, uint64_t *hashes)
@@ -271,6 +317,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(rasterised_and_traced_pictures_agree_in_every_pose,
+                                        render_rig_setup, render_rig_teardown),
+        cmocka_unit_test_setup_teardown(triangles_of_every_pose_cast_the_shadows_of_rays,
                                         render_rig_setup, render_rig_teardown),
         cmocka_unit_test(what_frames_keep_changes_no_bit),
         cmocka_unit_test_setup_teardown(lights_that_a_pose_does_not_reach_keep_their_shadows,

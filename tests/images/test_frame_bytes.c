@@ -19,7 +19,7 @@ struct stage {
 static void stage_begin(struct stage *stage)
 {
     stage->renderer = render_rig_create();
-    rig_demo_open(&stage->demo, stage->renderer, "demo", 64);
+    rig_demo_open_fine(&stage->demo, stage->renderer, "demo", 64);
 }
 
 static void stage_end(struct stage *stage)
@@ -132,7 +132,7 @@ static void a_scene_that_goes_takes_its_memory_along(void **state)
     rig_scene_finish(&stage.demo, stage.renderer);
     renderer_get_info(stage.renderer, &after);
     assert_true(after.used_bytes < before.used_bytes);
-    rig_demo_open(&stage.demo, stage.renderer, "demo", 64);
+    rig_demo_open_fine(&stage.demo, stage.renderer, "demo", 64);
     struct frame_report again = report_of(&stage, &view);
     expect_same(&deep, &again);
     stage_end(&stage);

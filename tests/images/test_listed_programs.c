@@ -255,6 +255,28 @@ static void programs_of_lobes_link(void **state)
     }
 }
 
+static void programs_of_every_form_of_silhouettes_link(void **state)
+{
+    (void)state;
+    struct warm_scene scene;
+    struct view view = view_by(SHADOWS_SILHOUETTE);
+    const struct glb_material_desc plain = {.base_color = {0.5, 0.5, 0.5, 1}, .roughness = 1};
+    open_lobes(&scene, &plain);
+    view.lights = &lamp;
+    view.light_count = 1;
+    for (int form = 0; form < VIEW_SILHOUETTE_FORMS; form++) {
+        bool is_drawn = form != VIEW_SILHOUETTE_COMPUTE;
+        view.quality.silhouette_form = (enum view_silhouette_form)form;
+        scene.file = form == VIEW_SILHOUETTE_STENCIL ? "volume_tally.comp.glsl"
+                     : is_drawn                      ? "volume_counted.frag.glsl"
+                                                     : "volume_cover.comp.glsl";
+        scene.has_file = false;
+        link_all(&scene, &view);
+        assert_true(scene.has_file);
+    }
+    close_scene(&scene);
+}
+
 static struct environment *attach_studio(struct renderer *renderer)
 {
     struct error err = {0};
@@ -304,6 +326,7 @@ int main(void)
         cmocka_unit_test(programs_of_approximated_and_filtered_lists_link),
         cmocka_unit_test(programs_of_media_and_of_cuts_link),
         cmocka_unit_test(programs_of_lobes_link),
+        cmocka_unit_test(programs_of_every_form_of_silhouettes_link),
         cmocka_unit_test(programs_of_environments_link),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

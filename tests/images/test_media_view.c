@@ -28,7 +28,8 @@ static struct view look(const double eye[3], const double target[3], double orth
         .ignore_scene_lights = true,
         .background = {1, 1, 1, 1},
         .quality = {.samples = 1},
-        .outputs = 1u << VIEW_OUTPUT_COLOR | 1u << VIEW_OUTPUT_TRANSMITTANCE,
+        .outputs = 1u << VIEW_OUTPUT_COLOR | 1u << VIEW_OUTPUT_TRANSMITTANCE |
+                   1u << VIEW_OUTPUT_OPTICAL_DEPTH,
     };
     memcpy(view.camera.eye, eye, sizeof view.camera.eye);
     memcpy(view.camera.target, target, sizeof view.camera.target);
@@ -152,21 +153,30 @@ static void expect_through(const struct view *view, const struct expectation *e,
     }
 }
 
-/* Every pixel, against the closed form up to infinity or the first opaque body. */
-/* In front of a background of 1, without reflections, the picture is the transmittance. */
-static void expect_output(const struct frame *frame, const char *name)
+/* In front of a background of 1, without reflections, the picture is the transmittance, and the
+ * optical depth its logarithm, but for filters, which it does not count. */
+static void expect_output(const struct frame *frame, const struct expectation *e, const char *name)
 {
+    bool has_filters = false;
+    for (int i = 0; i < e->count; i++)
+        has_filters = has_filters || e->bodies[i].filter[0] > 0;
     const struct image *color = &frame->outputs[VIEW_OUTPUT_COLOR];
     const float *t = frame->outputs[VIEW_OUTPUT_TRANSMITTANCE].pixels;
+    const float *tau = frame->outputs[VIEW_OUTPUT_OPTICAL_DEPTH].pixels;
     for (int i = 0; i < color->width_px * color->height_px; i++)
         for (int k = 0; k < 3; k++) {
             double shown = (double)((const float *)color->pixels)[4 * i + k];
             double told = (double)t[3 * i + k];
             if (!(fabs(shown - told) <= 1e-6 * shown))
                 fail_msg("%s: transmittance %.9g of pixel %d shows as %.9g", name, told, i, shown);
+            double deep = (double)tau[3 * i + k], over = deep + log(told);
+            if (!((has_filters ? over : fabs(over)) <= 1e-6 * (1 + deep)))
+                fail_msg("%s: optical depth %.9g of pixel %d, transmittance %.9g", name, deep, i,
+                         told);
         }
 }
 
+/* Every pixel, against the closed form up to infinity or the first opaque body. */
 static void expect_pixels(const struct frame *frame, const struct view *view,
                           const struct expectation *e, const char *name)
 {
@@ -189,7 +199,7 @@ static void expect_pixels(const struct frame *frame, const struct view *view,
     }
     print_message("%s: worst relative error %.3g, allowed %.3g\n", name, worst, e->relative);
     if (view->quality.samples == 1 && !e->glowing_count)
-        expect_output(frame, name);
+        expect_output(frame, e, name);
 }
 
 static void compare(struct renderer *renderer, const struct closed_form_body *bodies, int count,

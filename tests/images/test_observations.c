@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* `auto` learns from the frames that it chose for: what it expects of the next ones moves to what
  * they take, and pixels follow what is published alone. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -60,6 +61,46 @@ static double draw(struct fixture *fixture, int step, struct frame_report *repor
     *report = frame.report;
     frame_finish(&frame);
     return report->chosen.expected_ms;
+}
+
+/* What rays are forecast to take for a camera that has moved so many steps. */
+static double forecast(struct fixture *fixture, int step, bool is_moving)
+{
+    struct error err = {0};
+    const struct view view = {
+        .width_px = 64,
+        .height_px = 48,
+        .camera = {.kind = VIEW_CAMERA_LOOK_AT,
+                   .eye = {1, 1.75 + 0.1 * step, 6.6},
+                   .target = {-0.45, 2.95, -10},
+                   .fov_y_deg = 52},
+        .quality = {.samples = 1, .expects_reuse = true, .may_be_coarse = is_moving},
+    };
+    struct auto_choice choice;
+    if (!renderer_choose(fixture->renderer, fixture->demo.key, &view, &choice, &err))
+        fail_msg("%s", err.message);
+    assert_true(choice.is_open);
+    return choice.ms[SHADOWS_RAYTRACED];
+}
+
+/* Every eighth frame in motion is forecast, by fewer triangles; one at rest goes by its own
+ * forecast, which is near. */
+static void frames_in_motion_go_by_the_forecast_of_one(void **unused)
+{
+    (void)unused;
+    struct fixture fixture;
+    fixture_init(&fixture);
+    double first = forecast(&fixture, 0, true);
+    assert_true(first > 0);
+    for (int step = 1; step < 8; step++)
+        assert_true(forecast(&fixture, step, true) == first);
+    double own = forecast(&fixture, 8, true);
+    assert_true(own != first);
+    double whole = forecast(&fixture, 8, false), still = forecast(&fixture, 3, false);
+    assert_true(whole != own && fabs(whole / own - 1) < 0.2);
+    assert_true(still != first && still != own && still != whole);
+    assert_true(forecast(&fixture, 3, true) == own);
+    fixture_finish(&fixture);
 }
 
 static void expectations_follow_what_frames_take(void **unused)
@@ -264,6 +305,7 @@ static void nothing_is_timed_where_auto_measures_nothing(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(frames_in_motion_go_by_the_forecast_of_one),
         cmocka_unit_test(expectations_follow_what_frames_take),
         cmocka_unit_test(what_was_learned_is_taken_along),
         cmocka_unit_test(a_technique_that_was_asked_for_teaches_nothing),

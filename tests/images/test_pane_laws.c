@@ -75,6 +75,8 @@ static double blended(enum view_blend_filter filter, double alpha, double color)
         return 1 - alpha;
     case VIEW_BLEND_KIM:
         return (1 - alpha) * color;
+    case VIEW_BLEND_MODISETT:
+        return (1 - alpha) * color / 2;
     default:
         return (1 - alpha) * (1 - alpha * (1 - color));
     }
@@ -89,7 +91,7 @@ static void blend_passes_what_its_filter_says(void **state)
         &(struct panes_scene_desc){.pane_count = 3, .colors = colors, .is_blend = true},
         &opened.scene);
     open_scene(&opened, *state);
-    for (int f = VIEW_BLEND_TINT; f <= VIEW_BLEND_KIM; f++) {
+    for (int f = VIEW_BLEND_TINT; f <= VIEW_BLEND_MODISETT; f++) {
         for (int technique = 0; technique < 2; technique++) {
             struct view view = {
                 .width_px = 16,
@@ -106,6 +108,41 @@ static void blend_passes_what_its_filter_says(void **state)
                 assert_transmittance(&pair, i % 16, i / 16, expected, 3e-4, "blend");
             pair_finish(&pair);
         }
+    }
+    close_scene(&opened);
+}
+
+/* As published, the modified colours are blended over each other from the light on, by alpha; by
+ * default they are multiplied, in any order. */
+static void modified_translucent_shadows_are_blended_by_alpha(void **state)
+{
+    static const double colors[3][4] = {
+        {0.9, 0.5, 0.2, 0.3}, {0.3, 0.8, 0.6, 0.5}, {0.7, 0.6, 1, 0.15}};
+    double over[3] = {1, 1, 1}, product[3] = {1, 1, 1};
+    struct opened opened;
+    panes_scene_build(
+        &(struct panes_scene_desc){.pane_count = 3, .colors = colors, .is_blend = true},
+        &opened.scene);
+    open_scene(&opened, *state);
+    for (int i = 0; i < 9; i++) { /* the first pane is the nearest to the light */
+        double alpha = colors[i / 3][3];
+        double filter = blended(VIEW_BLEND_MODISETT, alpha, colors[i / 3][i % 3]);
+        over[i % 3] = alpha * filter + (1 - alpha) * over[i % 3];
+        product[i % 3] *= filter;
+    }
+    for (int is_faithful = 0; is_faithful < 2; is_faithful++) {
+        struct view view = {
+            .width_px = 16,
+            .height_px = 16,
+            .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {0, 0.4, 0.5}, .fov_y_deg = 20},
+            .quality = {.blend_filter = VIEW_BLEND_MODISETT,
+                        .faithful = is_faithful,
+                        .shadows = SHADOWS_TRANSLUCENT}};
+        struct pair pair = shoot_pair(&opened, view);
+        for (int i = 0; i < 256; i++)
+            assert_transmittance(&pair, i % 16, i / 16, is_faithful ? over : product, 3e-4,
+                                 is_faithful ? "blended" : "multiplied");
+        pair_finish(&pair);
     }
     close_scene(&opened);
 }
@@ -307,6 +344,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(blend_passes_what_its_filter_says),
+        cmocka_unit_test(modified_translucent_shadows_are_blended_by_alpha),
         cmocka_unit_test(a_picture_is_projected_colour_by_colour),
         cmocka_unit_test(tilted_panes_follow_the_law_of_their_angle),
         cmocka_unit_test(slab_darkens_towards_grazing_light),

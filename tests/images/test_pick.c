@@ -150,7 +150,7 @@ static int setup(void **state)
     struct demo *demo = calloc(1, sizeof *demo);
     assert_non_null(demo);
     demo->renderer = render_rig_create();
-    rig_demo_open(&demo->rig, demo->renderer, "pick", 64);
+    rig_demo_open_fine(&demo->rig, demo->renderer, "pick", 64);
     *state = demo;
     return 0;
 }

@@ -24,7 +24,7 @@ struct program_case {
 static void open_demo(struct program_case *c)
 {
     *c = (struct program_case){.renderer = render_rig_create()};
-    rig_demo_open(&c->rig, c->renderer, "demo", 64);
+    rig_demo_open_fine(&c->rig, c->renderer, "demo", 64);
 }
 
 /* With little memory, or few steps of loops; 0: as usual. */
@@ -38,7 +38,7 @@ static void open_short(struct program_case *c, uint64_t gpu_budget_bytes, uint64
                                     &err)};
     if (!c->renderer)
         fail_msg("%s", err.message);
-    rig_demo_open(&c->rig, c->renderer, "demo", 64);
+    rig_demo_open_fine(&c->rig, c->renderer, "demo", 64);
 }
 
 static void open_panes(struct program_case *c, int count)
@@ -175,11 +175,12 @@ static void smoke_builds_what_is_listed(void **state)
             .pane_count = 3, .seed = 9, .light = GLB_LIGHT_POINT, .has_smoke = true},
         &c.closed_form);
     rig_scene_open(&c.rig, c.renderer, "smoke", c.closed_form.glb, c.closed_form.size_bytes);
-    for (int i = 0; i < 4; i++) { /* alone, behind a cut, in haze, without shadows */
+    for (int i = 0; i < 6; i++) { /* alone, behind a cut, in haze, without shadows; as published */
         struct view view = small_view();
-        view.quality.shadows = i == 3 ? SHADOWS_NONE : SHADOWS_DEEP;
+        view.quality.shadows = i > 3 ? SHADOWS_DEEP_LINKED : i == 3 ? SHADOWS_NONE : SHADOWS_DEEP;
+        view.quality.faithful = i > 3;
         view.clip_planes = &plane;
-        view.clip_plane_count = i == 1;
+        view.clip_plane_count = i == 1 || i == 5;
         view.atmosphere = (struct view_atmosphere){.density_per_m = i == 2 ? 0.05 : 0};
         assert_true(check_programs(&c, &view) > 0);
         assert_int_equal(check_programs(&c, &view), 0);
@@ -221,6 +222,16 @@ static void grids_of_triangles_build_what_is_listed(void **state)
         assert_int_equal(check_programs(&c, &view), 0);
     }
     close_case(&c);
+    open_panes(&c, 0); /* all is opaque: as published, masks are those of a table */
+    struct view view = small_view();
+    view.quality.shadows = SHADOWS_AREA;
+    view.quality.area_samples = 16;
+    view.quality.faithful = true;
+    view.lights = lights;
+    view.light_count = 2;
+    assert_true(check_programs(&c, &view) > 0);
+    assert_int_equal(check_programs(&c, &view), 0);
+    close_case(&c);
 }
 
 static void lists_outputs_and_cameras_build_what_is_listed(void **state)
@@ -256,7 +267,7 @@ static void pictures_for_a_screen_build_what_is_listed(void **state)
                                  .is_strict = true, .hooks.poses_as_hardware = true})};
     struct view view = small_view();
     (void)state;
-    rig_demo_open(&c.rig, c.renderer, "demo", 64);
+    rig_demo_open_fine(&c.rig, c.renderer, "demo", 64);
     view.quality.shadows = SHADOWS_NONE;
     assert_true(check_programs(&c, &view) > 0);
     view.screen.channels = 3;

@@ -127,7 +127,7 @@ static void fins_are_better_than_shaded_once(void **state)
 static void the_demo_is_better_than_shaded_once(void **state)
 {
     struct rig_scene rig;
-    rig_demo_open(&rig, *state, "demo", 64);
+    rig_demo_open_fine(&rig, *state, "demo", 64);
     expect_better_than_once(*state, &rig, look((double[]){3, 4.5, 3}, (double[]){0, 1.5, 0}, 0),
                             "demo", 0.01313);
     rig_scene_finish(&rig, *state);

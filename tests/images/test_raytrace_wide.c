@@ -12,6 +12,7 @@
 
 #include "glb/demo_scene.h"
 #include "glb/glb_builder.h"
+#include "glb/shapes.h"
 #include "renderer/raytrace/raytrace.h"
 #include "tests/support/generated_scene.h"
 #include "tests/support/import_support.h"
@@ -95,8 +96,8 @@ static void trace(const struct subject *s, const struct view *view, const struct
 
 static void compare(const struct subject *s, const struct view *view, const char *what)
 {
-    static const int samples[] = {1, 4};
-    for (int i = 0; i < 2; i++) {
+    static const int samples[] = {1, 4, 8};
+    for (int i = 0; i < 3; i++) {
         const struct way ways[] = {
             {true, samples[i], 1}, {false, samples[i], 1}, {false, samples[i], 3}};
         struct image images[3] = {{0}};
@@ -287,6 +288,94 @@ static void textured_and_coloured_meshes(void **state)
     finish_subject(&s);
 }
 
+static int add_plain(struct glb_builder *b, uint32_t number, double alpha, bool is_double_sided)
+{
+    struct glb_material_desc material = {.roughness = 0.2 + 0.1 * (number % 7),
+                                         .metallic = number % 3 == 2 ? 0.7 : 0,
+                                         .alpha_mode = alpha < 1 ? GLB_BLEND : GLB_OPAQUE,
+                                         .is_double_sided = is_double_sided};
+    for (uint32_t k = 0; k < 3; k++)
+        material.base_color[k] = 0.2 + 0.1 * ((number + 1) * (k + 3) % 8);
+    material.base_color[3] = alpha;
+    material.emissive[1] = number % 4 == 3 ? 0.2 : 0;
+    return glb_builder_add_material(b, &material);
+}
+
+static void add_node(struct glb_builder *b, struct shape *shape, int material, bool is_mirrored)
+{
+    const int mesh = shape_give_mesh(shape, b, "part", material);
+    struct glb_node_desc node = {.mesh = mesh};
+    if (is_mirrored) {
+        node.scale[0] = -1;
+        node.scale[1] = node.scale[2] = 1;
+    }
+    glb_builder_add_node(b, &node);
+}
+
+/* Panes, one of which is seen from one side alone and one mirrored, before a floor, a sphere, more
+ * panes, and nothing; and a crowd of small ones, so that samples of a pixel see different ones. */
+static void build_panes(void **glb, size_t *size)
+{
+    struct error err = {0};
+    struct glb_builder *b = glb_builder_create("panes", &err);
+    assert_non_null(b);
+    struct shape floor = {0}, sphere = {0}, crowd = {0};
+    shape_add_grid(&floor, (double[]){-6, 0, 3}, (double[]){12, 0, 0}, (double[]){0, 0, -9}, 9, 7);
+    add_node(b, &floor, add_plain(b, 0, 1, false), false);
+    shape_add_sphere(&sphere, (double[]){1, 1, -2}, 0.9, 18, 12);
+    add_node(b, &sphere, add_plain(b, 1, 1, false), false);
+    for (uint32_t i = 0; i < 12; i++) {
+        struct shape pane = {0};
+        shape_add_quad(&pane, (double[]){-3 + 0.3 * i, 0.1, -4.2 + 0.5 * i}, (double[]){4, 0, 0.3},
+                       (double[]){0.2, 2.5 - 0.1 * i, 0.1 * i});
+        add_node(b, &pane, add_plain(b, i + 2, 0.05 + 0.08 * i, i != 5), i == 7);
+    }
+    for (int i = 0; i < 150; i++)
+        shape_add_quad(&crowd, (double[]){i % 15 * 0.3 - 3, 0.3 + i / 15 * 0.25, -1 - i % 7 * 0.4},
+                       (double[]){0.3, 0, 0.05 * (i % 5)}, (double[]){0, 0.2, 0});
+    add_node(b, &crowd, add_plain(b, 20, 0.3, true), false);
+    bool ok = glb_builder_finish(b, glb, size, &err);
+    glb_builder_destroy(b);
+    if (!ok)
+        fail_msg("%s", err.message);
+}
+
+static void panes_of_plain_meshes(void **state)
+{
+    (void)state;
+    struct subject s = {.cache = NULL};
+    build_panes(&s.scene.glb, &s.scene.glb_bytes);
+    import_subject(&s);
+    struct view *view = &s.scene.view;
+    s.scene.lights[0] = (struct view_light){.type = SCENE_LIGHT_SPOT,
+                                            .position = {2, 6, 5},
+                                            .direction = {-0.2, -1, -1},
+                                            .color = {1, 0.9f, 0.8f},
+                                            .intensity = 300,
+                                            .inner_cone_deg = 20,
+                                            .outer_cone_deg = 45};
+    s.scene.lights[1] = (struct view_light){.type = SCENE_LIGHT_POINT,
+                                            .position = {-3, 2, 1},
+                                            .color = {0.3f, 0.9f, 0.8f},
+                                            .intensity = 30,
+                                            .casts_no_shadow = true};
+    view->lights = s.scene.lights;
+    view->light_count = 2;
+    view->ignore_scene_lights = true;
+    view->background[0] = 0.25f;
+    view->background[3] = 0.5f;
+    const double eyes[][3] = {{1, 3, 7}, {-5, 1.5, -1}, {0.5, 2, -8}};
+    for (int i = 0; i < 3; i++) {
+        view->camera = (struct view_camera){
+            .kind = VIEW_CAMERA_LOOK_AT, .target = {0, 1, -1}, .fov_y_deg = 50};
+        memcpy(view->camera.eye, eyes[i], sizeof eyes[i]);
+        compare(&s, view, "panes");
+        view->has_environment = i == 0;
+        view->sky[2] = view->ground[0] = 0.25f;
+    }
+    finish_subject(&s);
+}
+
 static void the_demo_scene(void **state)
 {
     (void)state;
@@ -307,9 +396,9 @@ static void the_demo_scene(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lights_of_every_kind), cmocka_unit_test(hemisphere_haze_and_ground),
-        cmocka_unit_test(smooth_meshes),        cmocka_unit_test(textured_and_coloured_meshes),
-        cmocka_unit_test(the_demo_scene),
+        cmocka_unit_test(lights_of_every_kind),  cmocka_unit_test(hemisphere_haze_and_ground),
+        cmocka_unit_test(smooth_meshes),         cmocka_unit_test(textured_and_coloured_meshes),
+        cmocka_unit_test(panes_of_plain_meshes), cmocka_unit_test(the_demo_scene),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

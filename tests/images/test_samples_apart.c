@@ -207,7 +207,7 @@ static void a_scene_of_all_kinds_is_antialiased(void **state)
     memcpy(view.camera.eye, (double[]){3, 4.5, 3}, sizeof view.camera.eye);
     memcpy(view.camera.target, (double[]){0, 1.5, 0}, sizeof view.camera.target);
     view.quality.shadow_resolution = 0;
-    rig_demo_open(&rig, *state, "demo", 64);
+    rig_demo_open_fine(&rig, *state, "demo", 64);
     measure_both(*state, &rig, &view, "demo", m);
     assert_true(m[1].split > 0 && m[1].error < 0.6 * m[0].error);
     rig_scene_finish(&rig, *state);

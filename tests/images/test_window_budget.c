@@ -29,7 +29,7 @@ enum { TECHNIQUES = sizeof techniques / sizeof *techniques };
 
 static const struct size {
     int width, height;
-} large = {640, 360}, small = {96, 64};
+} large = {320, 180}, small = {96, 64};
 
 /* A renderer, and what of its budget is taken whenever its frames may stop for others. */
 struct fixture {
@@ -174,7 +174,7 @@ static void compare(const struct pictures *tight, const struct pictures *ample, 
 static void every_technique_keeps_every_budget(void **state)
 {
     (void)state;
-    static const uint64_t budgets_mib[] = {0, 256, 64, 16};
+    static const uint64_t budgets_mib[] = {0, 128, 32, 20};
     struct pictures ample;
     for (int b = 0; b < 4; b++) {
         struct pictures tight;
@@ -189,8 +189,7 @@ static void every_technique_keeps_every_budget(void **state)
             if (b)
                 compare(&tight, &ample, i / 2, i % 2, is_split, budgets_mib[b]);
         }
-        assert_int_in_range(split, budgets_mib[b] == 16 || budgets_mib[b] == 64 ? 1 : 0,
-                            b < 2 ? 0 : 2 * TECHNIQUES);
+        assert_int_in_range(split, b >= 2 ? 1 : 0, b < 2 ? 0 : 2 * TECHNIQUES);
         if (b)
             pictures_finish(&tight);
         else
@@ -210,6 +209,8 @@ static void what_cannot_fit_is_refused_and_says_what_takes_it(void **state)
     struct error err = {0};
     bool is_split;
     fixture_init(&fixture, 8 << 20);
+    rig_scene_finish(&fixture.demo, fixture.renderer);
+    rig_demo_open_fine(&fixture.demo, fixture.renderer, "demo", 128);
     struct image before = take_color(&fixture, &plain, &is_split);
     assert_false(take(&fixture, &view, &frame, &err));
     assert_int_equal(err.code, ERROR_OVER_BUDGET);
@@ -229,13 +230,13 @@ static void what_is_kept_of_views_goes_first(void **state)
     (void)state;
     struct fixture fixture;
     bool is_split;
-    fixture_init(&fixture, 64 << 20);
+    fixture_init(&fixture, 20 << 20);
     for (int i = 0; i < 2; i++) {
         struct view view = view_of(&techniques[0], &large);
         struct image color = take_color(&fixture, &view, &is_split);
         image_finish(&color);
         view = view_of(&techniques[1], &large);
-        view.quality.shadow_resolution = 512;
+        view.quality.shadow_resolution = 256;
         struct frame frame;
         struct error err = {0};
         if (!take(&fixture, &view, &frame, &err))
@@ -259,7 +260,7 @@ static void frames_in_pauses_keep_the_budget(void **state)
     bool is_split;
     struct image plain = take_color(&fixture, &view, &is_split);
     for (int t = 0; t < 3; t++)
-        for (int at = 2; at < 40; at += 12) {
+        for (int at = 2; at < 18; at += 4) {
             struct view urgent = view_of(&techniques[t], &small);
             if (t == 2) /* whose structure is gone before the other goes on */
                 urgent.quality.shadows = SHADOWS_RAYTRACED;

@@ -62,7 +62,7 @@ static void fixture_init(struct fixture *fixture, uint64_t texture_budget_bytes)
                         &err);
     if (!fixture->renderer)
         fail_msg("%s", err.message);
-    rig_demo_open(&fixture->demo, fixture->renderer, "demo", 64);
+    rig_demo_open_fine(&fixture->demo, fixture->renderer, "demo", 64);
     random_panes_scene_build(&(struct random_panes_scene_desc){.pane_count = 9, .seed = 5}, &scene);
     rig_scene_open(&fixture->panes, fixture->renderer, "panes", scene.glb, scene.size_bytes);
     closed_form_scene_finish(&scene);

@@ -58,9 +58,8 @@ struct fixture {
 
 static struct view demo_view(enum shadow_technique shadows)
 {
-    return (struct view){.width_px = 160,
-                         .height_px = 96,
-                         .quality = {.shadows = shadows, .shadow_resolution = 128}};
+    return (struct view){
+        .width_px = 80, .height_px = 48, .quality = {.shadows = shadows, .shadow_resolution = 128}};
 }
 
 static void open_panes(struct rig_scene *rig, struct renderer *renderer)
@@ -84,7 +83,7 @@ static void choose_others(struct fixture *fixture)
         .kind = VIEW_CAMERA_LOOK_AT, .eye = {3, 4.5, 3}, .target = {0, 1.5, 0}};
     struct other *others = fixture->interruption.others;
     others[0] = (struct other){&fixture->demo, demo_view(SHADOWS_DEEP), 0};
-    others[0].view.width_px = 100;
+    others[0].view.width_px = 50;
     others[0].view.lights = &light;
     others[0].view.light_count = 1;
     others[0].view.quality.samples = 1;
@@ -210,7 +209,7 @@ static void batches_of_lights_keep_their_bits(void **state)
     fixture_finish(&fixture);
 }
 
-/* A picture of 15,360 pixels in pieces that begin with 512: five steps, and three pieces at least
+/* A picture of 3,840 pixels in pieces that begin with 128: five steps, and three pieces at least
  * of the pixels and of the entries; in batches of lights, too. Devices that are not our own
  * processors have learned from the frame before that this is soon done. */
 static void shading_stops_between_time_slices(void **state)
@@ -221,7 +220,7 @@ static void shading_stops_between_time_slices(void **state)
     for (int budget_mib = 0; budget_mib <= 36; budget_mib += 36) {
         fixture_init(&fixture, create_renderer(&(struct renderer_desc){
                                    .is_strict = true,
-                                   .hooks.first_slice = 512,
+                                   .hooks.first_slice = 128,
                                    .gpu_budget_bytes = (uint64_t)budget_mib << 20}));
         fixture.interruption.pauses = PAUSES_MAX;
         struct renderer_info info;

@@ -25,7 +25,6 @@ ARGUED = {
     "device_speed_load": SEAM + "a file that is not read shows as a second measurement",
     "device_speed_save": SEAM + "a file that is not written shows as a second measurement",
     "frame_stats_warn": SEAM + "no frame has more warnings than there is room for",
-    "rt_light_place": SEAM + "a picture has the sum over a few points of a light",
     "rt_sheen_albedo": SEAM + "in a picture the albedo is one factor of many",
 }
 

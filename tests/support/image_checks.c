@@ -46,17 +46,29 @@ void rig_scene_open(struct rig_scene *scene, struct renderer *renderer, const ch
         fail_msg("scene '%s': %s", key, err.message);
 }
 
-void rig_demo_open(struct rig_scene *scene, struct renderer *renderer, const char *key,
-                   int texture_size_px)
+static void open_demo(struct rig_scene *scene, struct renderer *renderer, const char *key,
+                      const struct demo_scene_desc *desc)
 {
     struct error err = {0};
     void *glb = NULL;
     size_t size_bytes = 0;
-    const struct demo_scene_desc desc = {.texture_size_px = texture_size_px};
-    if (!demo_scene_build(&desc, &glb, &size_bytes, &err))
+    if (!demo_scene_build(desc, &glb, &size_bytes, &err))
         fail_msg("%s", err.message);
     rig_scene_open(scene, renderer, key, glb, size_bytes);
     free(glb);
+}
+
+void rig_demo_open(struct rig_scene *scene, struct renderer *renderer, const char *key,
+                   int texture_size_px)
+{
+    open_demo(scene, renderer, key,
+              &(struct demo_scene_desc){.texture_size_px = texture_size_px, .coarseness = 4});
+}
+
+void rig_demo_open_fine(struct rig_scene *scene, struct renderer *renderer, const char *key,
+                        int texture_size_px)
+{
+    open_demo(scene, renderer, key, &(struct demo_scene_desc){.texture_size_px = texture_size_px});
 }
 
 void rig_asset_open(struct rig_scene *scene, struct renderer *renderer, const char *path)

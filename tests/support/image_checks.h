@@ -16,9 +16,12 @@ struct image shoot_color(struct renderer *renderer, const struct rig_scene *scen
 /* Attaches a closed-form or other GLB, or fails the test. */
 void rig_scene_open(struct rig_scene *scene, struct renderer *renderer, const char *key,
                     const void *glb, size_t size_bytes);
-/* The demo scene with textures of this size, or fails the test. */
+/* The demo scene with textures of this size and few triangles, or fails the test. */
 void rig_demo_open(struct rig_scene *scene, struct renderer *renderer, const char *key,
                    int texture_size_px);
+/* With all of its triangles, 90,000. */
+void rig_demo_open_fine(struct rig_scene *scene, struct renderer *renderer, const char *key,
+                        int texture_size_px);
 void rig_asset_open(struct rig_scene *scene, struct renderer *renderer, const char *path);
 
 /* Ray through the centre of pixel (x, y), first row on top, of a LOOK_AT view. The

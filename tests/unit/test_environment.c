@@ -135,6 +135,68 @@ static void draws_follow_the_density(void **state)
     environment_destroy(map);
 }
 
+/* The share of all draws that come before a direction: above its place, and in its row to the left
+ * of it. By densities alone. */
+static void find_shares(const struct environment_light *light, const int size[2],
+                        const double direction[3], double shares[2])
+{
+    const double v = acos(direction[1]) / pi;
+    const double u = atan2(direction[0], -direction[2]) / (2 * pi) + 0.5;
+    const int row = (int)(v * size[1]), column = (int)(u * size[0]);
+    double whole_row = 0;
+    shares[0] = shares[1] = 0;
+    for (int y = 0; y <= row; y++) {
+        const double top = cos(pi * y / size[1]), bottom = cos(pi * (y + 1) / size[1]);
+        const double down = y < row ? 1 : (top - direction[1]) / (top - bottom);
+        for (int x = 0; x < size[0]; x++) {
+            const double theta = pi * (y + 0.5) / size[1];
+            const double phi = 2 * pi * ((x + 0.5) / size[0] - 0.5);
+            const double d[3] = {sin(theta) * sin(phi), cos(theta), -sin(theta) * cos(phi)};
+            const double chance =
+                environment_light_density(light, d) * 2 * pi / size[0] * (top - bottom);
+            shares[1] += down * chance;
+            whole_row += y == row ? chance : 0;
+            if (y == row && x <= column)
+                shares[0] += chance * (x < column ? 1 : u * size[0] - column);
+        }
+    }
+    shares[0] /= whole_row;
+}
+
+static float one_of_many(int x, int y)
+{
+    return x * 7919 % 101 == 3 ? 1e4f : y % 5 == 2 ? 0 : (float)(x % 3);
+}
+
+/* Each number finds its step among steps of very different chances, as many as are no power of two,
+ * some of them none; 0 and what rounds to 1 lie in the first and in the last. */
+static void draws_are_found_by_their_numbers(void **state)
+{
+    (void)state;
+    const int sizes[][2] = {{100, 37}, {2, 1}, {67, 5}, {8, 64}};
+    for (int s = 0; s < 4; s++) {
+        const int *size = sizes[s];
+        float pixels[3 * 100 * 64];
+        for (int i = 0; i < size[0] * size[1]; i++)
+            for (int k = 0; k < 3; k++)
+                pixels[3 * i + k] = one_of_many(i % size[0], i / size[0]);
+        struct environment *map =
+            environment_create(&(struct environment_desc){pixels, size[0], size[1]}, NULL);
+        const struct environment_light light = environment_light_make(map, 0, 1);
+        for (int i = 1; i < 2000; i++) { /* at the pole all columns are one */
+            const double u[2] = {fmod(0.31830988618 * i, 1), fmod(0.0072973525 * i, 1)};
+            double d[3], shares[2];
+            assert_true(environment_light_sample(&light, u, d) > 0);
+            find_shares(&light, size, d, shares);
+            assert_true(fabs(shares[0] - u[0]) < 1e-6 && fabs(shares[1] - u[1]) < 1e-6);
+        }
+        double d[3];
+        assert_true(environment_light_sample(&light, (const double[2]){1, 1}, d) > 0);
+        assert_true(fabs(d[1] + 1) < 1e-12);
+        environment_destroy(map);
+    }
+}
+
 /* By a fine grid, to compare with. */
 static double power_of(const struct environment_light *light)
 {
@@ -328,6 +390,7 @@ int main(void)
         cmocka_unit_test(negative_values_count_as_zero),
         cmocka_unit_test(density_integrates_to_one),
         cmocka_unit_test(draws_follow_the_density),
+        cmocka_unit_test(draws_are_found_by_their_numbers),
         cmocka_unit_test(a_sun_is_drawn_by_its_light),
         cmocka_unit_test(irradiance_is_that_of_closed_forms),
         cmocka_unit_test(specular_levels_keep_a_constant_map),

@@ -90,6 +90,22 @@ static void the_light_factor_scales_every_light(void **state)
     free(two.glb);
 }
 
+static void a_coarse_one_has_the_same_nodes_of_fewer_triangles(void **state)
+{
+    (void)state;
+    struct built fine = build(&small);
+    struct built coarse = build(&(struct demo_scene_desc){.texture_size_px = 64, .coarseness = 4});
+    struct glb_file a = read_back(&fine), b = read_back(&coarse);
+    assert_int_equal(glb_file_count(&a, "nodes"), glb_file_count(&b, "nodes"));
+    for (size_t i = 0; i < glb_file_count(&a, "nodes"); i++)
+        assert_true(json_equal(glb_file_element(&a, "nodes", i), glb_file_element(&b, "nodes", i)));
+    assert_true(coarse.size_bytes < fine.size_bytes / 3);
+    glb_file_finish(&a);
+    glb_file_finish(&b);
+    free(fine.glb);
+    free(coarse.glb);
+}
+
 static void the_same_desc_gives_the_same_bytes(void **state)
 {
     (void)state;
@@ -109,7 +125,9 @@ static void descs_out_of_range_are_refused_by_field(void **state)
     } cases[] = {{{.texture_size_px = 63}, "texture_size_px is 63"},
                  {{.texture_size_px = 4097}, "texture_size_px is 4097"},
                  {{.texture_size_px = -1}, "texture_size_px is -1"},
-                 {{.light_factor = -1}, "light_factor is -1"}};
+                 {{.light_factor = -1}, "light_factor is -1"},
+                 {{.coarseness = 5}, "coarseness is 5"},
+                 {{.coarseness = -1}, "coarseness is -1"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         void *glb = &glb;
         size_t size_bytes = 1;
@@ -153,6 +171,7 @@ int main(void)
         cmocka_unit_test(it_has_the_lights_cameras_and_glass_it_promises),
         cmocka_unit_test(it_can_leave_the_curtains_out),
         cmocka_unit_test(the_light_factor_scales_every_light),
+        cmocka_unit_test(a_coarse_one_has_the_same_nodes_of_fewer_triangles),
         cmocka_unit_test(the_same_desc_gives_the_same_bytes),
         cmocka_unit_test(descs_out_of_range_are_refused_by_field),
         cmocka_unit_test(the_importer_takes_it_whole_and_without_a_warning),

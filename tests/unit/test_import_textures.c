@@ -118,49 +118,12 @@ static void textures_that_cannot_be_had_are_refused_by_name(void **state)
     }
 }
 
-static bool may_have_images(enum scene_format format, const char *text, size_t size_bytes)
-{
-    const struct scene_file files[] = {{"a.bin", "\0\1\2", 3}, {"scene", text, size_bytes}};
-    return scene_import_may_have_images(
-        &(struct scene_import_desc){.files = files, .file_count = 2, .format = format});
-}
-
-static void files_without_the_word_have_no_images(void **state)
-{
-    (void)state;
-    static const char with[] = "{\"asset\":{\"version\":\"2.0\"},\"images\" : []}";
-    static const char without[] = "{\"asset\":{\"version\":\"2.0\"},\"name\":\"images\\\"\"}";
-    assert_true(may_have_images(SCENE_FORMAT_GLTF, with, sizeof with - 1));
-    assert_false(may_have_images(SCENE_FORMAT_GLTF, without, sizeof without - 1));
-    assert_false(may_have_images(SCENE_FORMAT_GLTF, with, 8));
-    assert_true(may_have_images(SCENE_FORMAT_FBX, without, sizeof without - 1));
-    size_t large = 17 << 20; /* is not searched */
-    char *zeros = calloc(1, large);
-    assert_true(may_have_images(SCENE_FORMAT_GLTF, zeros, large));
-    free(zeros);
-}
-
-/* A file without the word has none: a key that spells it otherwise is refused. */
-static void a_word_with_an_escape_names_no_images(void **state)
-{
-    (void)state;
-    static const char text[] = "{\"asset\":{\"version\":\"2.0\"},\"im\\u0061ges\":[]}";
-    const struct scene_file file = {"scene.gltf", text, sizeof text - 1};
-    assert_false(may_have_images(SCENE_FORMAT_GLTF, text, sizeof text - 1));
-    struct imported_scene s;
-    struct error err = {0};
-    assert_false(imported_scene_init(&s, &file, 1, &err));
-    assert_non_null(strstr(err.message, "a top-level key has an escape"));
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(webp_goes_before_the_plain_image),
         cmocka_unit_test(the_fallback_of_ktx2_is_used),
         cmocka_unit_test(textures_that_cannot_be_had_are_refused_by_name),
-        cmocka_unit_test(files_without_the_word_have_no_images),
-        cmocka_unit_test(a_word_with_an_escape_names_no_images),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

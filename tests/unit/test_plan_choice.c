@@ -12,9 +12,9 @@
 #include "renderer/cost/auto_technique.h"
 #include "renderer/cost/choice.h"
 
-#define MAP(resolution, taps, samples)                \
-    {                                                 \
-        SHADOWS_DEEP, resolution, taps, samples, 0, 0 \
+#define MAP(resolution, taps, samples)                      \
+    {                                                       \
+        SHADOWS_DEEP, resolution, taps, samples, 0, 0, 0, 0 \
     }
 
 /* Slower is better, but for one row that is worse in both. */
@@ -23,7 +23,7 @@ static const struct choice_row rows[] = {
     {MAP(512, 4, 1), 20, 0.05, 0},
     {MAP(512, 4, 4), 90, 0.06, 0},
     {MAP(1024, 4, 4), 40, 0.02, 0},
-    {{SHADOWS_RAYTRACED, 0, 0, 4, 0, 0}, 80, 0.01, 0},
+    {{SHADOWS_RAYTRACED, 0, 0, 4, 0, 0, 0, 0}, 80, 0.01, 0},
 };
 enum { ROWS = sizeof rows / sizeof rows[0] };
 
@@ -55,8 +55,8 @@ static void rays_of_more_samples_follow_the_one_with_most(void **state)
 {
     (void)state;
     struct choice_row more[8] = {
-        {{SHADOWS_RAYTRACED, 0, 0, 4, 0, 0}, 80, 0.01, 0},
-        {{SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 30, 0.03, 0},
+        {{SHADOWS_RAYTRACED, 0, 0, 4, 0, 0, 0, 0}, 80, 0.01, 0},
+        {{SHADOWS_RAYTRACED, 0, 0, 1, 0, 0, 0, 0}, 30, 0.03, 0},
         {MAP(1024, 4, 4), 40, 0.02, 0},
     };
     assert_int_equal(choice_add_traced(more, 3, 8), 6);
@@ -120,7 +120,7 @@ static void what_was_said_stays(void **state)
 static void an_unknown_error_is_never_promised(void **state)
 {
     (void)state;
-    const struct choice_row unknown[] = {{{SHADOWS_NONE, 0, 0, 1, 0, 0}, 1, INFINITY, 0}};
+    const struct choice_row unknown[] = {{{SHADOWS_NONE, 0, 0, 1, 0, 0, 0, 0}, 1, INFINITY, 0}};
     struct choice choice;
     assert_true(choice_make(unknown, 1, &(struct quality_target){.max_error = 1e6}, &choice));
     assert_false(choice.keeps_error);
@@ -156,25 +156,28 @@ static void models_grow_with_what_they_are_made_of(void **state)
     (void)state;
     struct choice_row small[CHOICE_ESTIMATES_MAX], large[CHOICE_ESTIMATES_MAX];
     const struct quality_target open = {.max_error = 1};
-    const struct choice_frame frame = {.pixels = 1e5, .lights = 4, .triangles = 1000};
+    const struct choice_frame frame = {
+        .width_px = 400, .height_px = 250, .lights = 4, .triangles = 1000};
     struct choice_frame more = frame;
     size_t count = choice_estimate(&frame, &open, small);
     const struct choice_row *coarse =
-        find(small, count, (struct quality_setting){SHADOWS_DEEP, 256, 4, 4, 0, 0});
+        find(small, count, (struct quality_setting){SHADOWS_DEEP, 256, 4, 4, 0, 0, 0, 0});
     const struct choice_row *fine =
-        find(small, count, (struct quality_setting){SHADOWS_DEEP, 2048, 4, 4, 0, 0});
+        find(small, count, (struct quality_setting){SHADOWS_DEEP, 2048, 4, 4, 0, 0, 0, 0});
     assert_true(fine->error < coarse->error && fine->ms > coarse->ms);
     const struct choice_row *one =
-        find(small, count, (struct quality_setting){SHADOWS_DEEP, 256, 4, 1, 0, 0});
+        find(small, count, (struct quality_setting){SHADOWS_DEEP, 256, 4, 1, 0, 0, 0, 0});
     assert_true(one->error > coarse->error && one->ms < coarse->ms);
-    more.haze_slices = 1e6;
-    assert_int_equal(choice_estimate(&more, &open, large), count);
+    more.has_haze = true;
+    const struct quality_target usual = {.max_error = 1, .atmosphere_samples = 64};
+    assert_int_equal(choice_estimate(&more, &usual, large), count);
     for (size_t i = 0; i < count; i++) {
         assert_true(large[i].ms > small[i].ms + 1 && isfinite(large[i].ms));
         assert_true(large[i].error > small[i].error || isinf(small[i].error));
-        assert_false(large[i].error < 0.036);
+        bool is_traced = large[i].setting.shadows == SHADOWS_RAYTRACED;
+        assert_false(large[i].error < (is_traced ? 0.0245 : 0.039));
     }
-    more.haze_slices = 0;
+    more.has_haze = false;
     more.has_grids = true;
     const struct quality_target rays = {.max_error = 1, .shadows = SHADOWS_RAYTRACED};
     struct choice_row clear[CHOICE_ESTIMATES_MAX], smoky[CHOICE_ESTIMATES_MAX];
@@ -183,7 +186,7 @@ static void models_grow_with_what_they_are_made_of(void **state)
     for (size_t i = 0; i < traced; i++)
         assert_true(smoky[i].ms > 5 * clear[i].ms && isfinite(smoky[i].ms));
     more.lights = 40;
-    more.pixels = 1e6;
+    more.width_px = more.height_px = 1000;
     assert_int_equal(choice_estimate(&more, &open, large), count);
     for (size_t i = 0; i < count; i++) {
         assert_true(large[i].ms > small[i].ms && isfinite(large[i].ms));
@@ -191,11 +194,52 @@ static void models_grow_with_what_they_are_made_of(void **state)
     }
 }
 
+/* Fewer slices are quicker and worse, so that a target can choose them; without haze all are one.
+ */
+static void models_offer_slices_of_haze(void **state)
+{
+    (void)state;
+    static const enum shadow_technique techniques[] = {SHADOWS_DEEP, SHADOWS_RAYTRACED};
+    static const int slices[] = {16, 0, 256};
+    struct choice_row estimates[CHOICE_ESTIMATES_MAX];
+    struct choice_frame frame = {
+        .width_px = 640, .height_px = 360, .lights = 4, .triangles = 1000, .has_haze = true};
+    for (size_t t = 0; t < 2; t++) {
+        struct quality_target target = {.max_error = 1,
+                                        .shadows = techniques[t],
+                                        .shadow_resolution = 1024,
+                                        .shadow_taps = 4,
+                                        .samples = 4};
+        const struct choice_row *found[3] = {NULL};
+        frame.has_haze = true;
+        assert_int_equal(choice_estimate(&frame, &target, estimates), 3);
+        for (int i = 0; i < 3; i++)
+            for (int s = 0; s < 3; s++)
+                if (estimates[i].setting.atmosphere_samples == slices[s])
+                    found[s] = &estimates[i];
+        for (int s = 0; s < 3; s++)
+            assert_non_null(found[s]);
+        for (int s = 1; s < 3; s++)
+            assert_true(found[s]->ms > found[s - 1]->ms && found[s]->error < found[s - 1]->error);
+        target.atmosphere_samples = 48;
+        assert_int_equal(choice_estimate(&frame, &target, estimates), 1);
+        assert_int_equal(estimates[0].setting.atmosphere_samples, 48);
+        assert_true(choice_row_fits(&estimates[0], &target));
+        assert_false(choice_row_fits(
+            &(struct choice_row){.setting = {.shadows = techniques[t], .samples = 4}}, &target));
+        frame.has_haze = false;
+        target.atmosphere_samples = 0;
+        assert_int_equal(choice_estimate(&frame, &target, estimates), 1);
+        assert_int_equal(estimates[0].setting.atmosphere_samples, 0);
+    }
+}
+
 static void rays_go_up_to_256_samples_for_small_errors(void **state)
 {
     (void)state;
     struct choice_row estimates[CHOICE_ESTIMATES_MAX];
-    const struct choice_frame frame = {.pixels = 160 * 90, .lights = 4, .triangles = 3000};
+    const struct choice_frame frame = {
+        .width_px = 160, .height_px = 90, .lights = 4, .triangles = 3000};
     static const struct {
         double max_error;
         int samples;
@@ -220,7 +264,8 @@ static void models_give_only_what_was_said(void **state)
 {
     (void)state;
     struct choice_row estimates[CHOICE_ESTIMATES_MAX];
-    const struct choice_frame frame = {.pixels = 1e5, .lights = 4, .triangles = 1000};
+    const struct choice_frame frame = {
+        .width_px = 400, .height_px = 250, .lights = 4, .triangles = 1000};
     static const struct quality_target targets[] = {
         {.max_error = 1, .shadows = SHADOWS_DEEP, .shadow_resolution = 700},
         {.max_error = 1, .shadows = SHADOWS_RAYTRACED, .samples = 64},
@@ -244,7 +289,8 @@ static void layered_maps_are_no_larger_than_the_default_but_where_it_was_said(vo
 {
     (void)state;
     static const enum shadow_technique layered[] = {SHADOWS_COMPOSITED, SHADOWS_MOMENTS};
-    const struct choice_frame frame = {.pixels = 1e5, .lights = 4, .triangles = 1000};
+    const struct choice_frame frame = {
+        .width_px = 400, .height_px = 250, .lights = 4, .triangles = 1000};
     struct choice_row estimates[CHOICE_ESTIMATES_MAX];
     struct choice choice;
     for (size_t t = 0; t < sizeof layered / sizeof *layered; t++) {
@@ -262,19 +308,21 @@ static void layered_maps_are_no_larger_than_the_default_but_where_it_was_said(vo
     assert_int_equal(choice.row->setting.shadow_resolution, 4096);
 }
 
-static double peeled_ms(int sides, double haze_slices)
+static double peeled_ms(int sides, bool has_haze)
 {
     struct choice_row estimates[CHOICE_ESTIMATES_MAX];
-    const struct choice_frame frame = {.pixels = 1e5,
+    const struct choice_frame frame = {.width_px = 400,
+                                       .height_px = 250,
                                        .lights = 4,
                                        .triangles = 1000,
-                                       .haze_slices = haze_slices,
+                                       .has_haze = has_haze,
                                        .peeled_sides = sides};
     const struct quality_target target = {.max_error = 1,
                                           .shadows = SHADOWS_DEEP,
                                           .samples = 4,
                                           .shadow_resolution = 512,
-                                          .shadow_taps = 1};
+                                          .shadow_taps = 1,
+                                          .atmosphere_samples = has_haze ? 16 : 0};
     assert_int_equal(choice_estimate(&frame, &target, estimates), 1);
     return estimates[0].ms;
 }
@@ -283,9 +331,9 @@ static void models_count_peeled_layers_but_in_haze(void **state)
 {
     (void)state;
     /* a side of 1e5 pixels with 4 samples: 21 ms */
-    assert_true(peeled_ms(1, 0) > peeled_ms(0, 0) + 21);
-    assert_true(peeled_ms(2, 0) > peeled_ms(0, 0) + 42);
-    assert_true(peeled_ms(1, 1000) == peeled_ms(0, 1000)); /* haze takes lists */
+    assert_true(peeled_ms(1, false) > peeled_ms(0, false) + 21);
+    assert_true(peeled_ms(2, false) > peeled_ms(0, false) + 42);
+    assert_true(peeled_ms(1, true) == peeled_ms(0, true)); /* haze takes lists */
 }
 
 /* Rounds draw all again but the shadow maps, and are taken only where they are asked for. */
@@ -297,8 +345,11 @@ static void models_count_the_rounds_of_samples(void **state)
     for (int warm = 0; warm < 2; warm++)
         for (int i = 0; i < 3; i++) {
             struct choice_row estimates[CHOICE_ESTIMATES_MAX];
-            const struct choice_frame frame = {
-                .pixels = 1e6, .lights = 4, .triangles = 1000, .is_warm = warm};
+            const struct choice_frame frame = {.width_px = 1000,
+                                               .height_px = 1000,
+                                               .lights = 4,
+                                               .triangles = 1000,
+                                               .is_warm = warm};
             const struct quality_target target = {.max_error = 1,
                                                   .shadows = SHADOWS_DEEP,
                                                   .samples = samples[i],
@@ -328,8 +379,8 @@ static void shadows_are_not_dropped_where_little_time_is_missing(void **state)
 {
     (void)state;
     struct choice_row some[] = {
-        {{SHADOWS_NONE, 0, 0, 1, 0, 0}, 20, 0.26, 0},
-        {{SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 70, 0.03, 0},
+        {{SHADOWS_NONE, 0, 0, 1, 0, 0, 0, 0}, 20, 0.26, 0},
+        {{SHADOWS_RAYTRACED, 0, 0, 1, 0, 0, 0, 0}, 70, 0.03, 0},
         {MAP(1024, 4, 4), 200, 0.02, 0},
     };
     struct choice choice;
@@ -356,8 +407,8 @@ static void an_error_that_was_named_says_what_shadows_are_worth(void **state)
 {
     (void)state;
     const struct choice_row some[] = {
-        {{SHADOWS_NONE, 0, 0, 1, 0, 0}, 20, 0.26, 0},
-        {{SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 70, 0.03, 0},
+        {{SHADOWS_NONE, 0, 0, 1, 0, 0, 0, 0}, 20, 0.26, 0},
+        {{SHADOWS_RAYTRACED, 0, 0, 1, 0, 0, 0, 0}, 70, 0.03, 0},
         {MAP(1024, 4, 4), 200, 0.02, 0},
     };
     static const struct {
@@ -389,7 +440,8 @@ static void maps_that_do_not_stay_are_made_in_each_frame(void **state)
 {
     (void)state;
     struct choice_row kept[CHOICE_ESTIMATES_MAX], rebuilt[CHOICE_ESTIMATES_MAX];
-    struct choice_frame frame = {.pixels = 1e6, .lights = 12, .triangles = 50000, .is_warm = true};
+    struct choice_frame frame = {
+        .width_px = 1000, .height_px = 1000, .lights = 12, .triangles = 50000, .is_warm = true};
     const struct quality_target target = {.budget_ms = 500, .shadows = SHADOWS_DEEP};
     size_t count = choice_estimate(&frame, &target, kept);
     frame.shadow_bytes = 256e6;
@@ -450,6 +502,7 @@ int main(void)
         cmocka_unit_test(an_error_that_was_named_says_what_shadows_are_worth),
         cmocka_unit_test(maps_that_do_not_stay_are_made_in_each_frame),
         cmocka_unit_test(models_grow_with_what_they_are_made_of),
+        cmocka_unit_test(models_offer_slices_of_haze),
         cmocka_unit_test(rays_go_up_to_256_samples_for_small_errors),
         cmocka_unit_test(models_give_only_what_was_said),
         cmocka_unit_test(layered_maps_are_no_larger_than_the_default_but_where_it_was_said),

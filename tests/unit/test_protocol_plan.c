@@ -34,6 +34,9 @@ static struct plan_document two_passes(void)
                                         .need = PLAN_NEED_FILTERED_SHADOWS,
                                         .is_conditional = true};
     plan_document_from_plan(&request, &plan, "some <device>", &document);
+    struct frame_report report = {.warning_count = 0};
+    report_warn(&report, "light passes %d casters unchanged", 3);
+    plan_document_put_warnings(&report, &document);
     return document;
 }
 
@@ -64,6 +67,10 @@ static void json_holds_every_requirement_and_pass(void **state)
     assert_int_equal(json_integer_value(json_object_get(first, "bytes")), 3 << 20);
     assert_true(json_is_null(json_object_get(second, "bytes")));
     assert_true(json_is_true(json_object_get(second, "is_conditional")));
+    const json_t *warnings = json_object_get(json, "warnings");
+    assert_int_equal(json_array_size(warnings), 1);
+    assert_string_equal(json_string_value(json_array_get(warnings, 0)),
+                        "light passes 3 casters unchanged");
     const json_t *counts = json_object_get(json, "counts");
     assert_int_equal(json_integer_value(json_object_get(counts, "deep_lights")), 3);
     const json_t *lights = json_object_get(json, "lights_by_technique");
@@ -87,6 +94,7 @@ static void text_parts_what_is_required_from_what_is_not(void **state)
     assert_true(strstr(text, "layers") > unmet);
     assert_non_null(strstr(text, "3.0 MiB"));
     assert_non_null(strstr(text, "in at least 2 batches"));
+    assert_non_null(strstr(text, "\nWarnings:\n  light passes 3 casters unchanged\n"));
     free(text);
 }
 

@@ -62,6 +62,7 @@ static const char full[] = BODY(
     "\"image\":\"" ID "\",\"rotation_deg\":-30,\"intensity\":2.5,\"background\":true},"
     "\"quality\":{\"shadows\":\"deep-linked\",\"transparency\":\"lists\","
     "\"light_lists\":\"linked\",\"blend_filter\":\"kim\",\"shadow_resolution\":2048,"
+    "\"volume_map\":\"factors\",\"silhouette_form\":\"triangles-one-pass\","
     "\"shadow_taps\":9,\"samples\":1,\"faithful\":true,"
     "\"area_samples\":64,\"environment_samples\":32,\"atmosphere_samples\":33,\"environment_"
     "visibility\":\"rays\","
@@ -252,6 +253,8 @@ static void override_and_quality_members_arrive(void **state)
     assert_int_equal(q->transparency, TRANSPARENCY_LISTS);
     assert_int_equal(q->light_lists, REQUEST_LIGHT_LISTS_LINKED);
     assert_int_equal(q->blend_filter, REQUEST_BLEND_KIM);
+    assert_int_equal(q->volume_map, REQUEST_VOLUME_FACTORS);
+    assert_int_equal(q->silhouette_form, REQUEST_SILHOUETTE_TRIANGLES_ONE_PASS);
     assert_int_equal(q->shadow_resolution, 2048);
     assert_int_equal(q->shadow_taps, 9);
     assert_int_equal(q->samples, 1);
@@ -531,14 +534,17 @@ static void finish_accepts_zeroed_and_finished_requests(void **state)
 static void name_tables_end_with_null(void **state)
 {
     (void)state;
-    const char *(*const tables[])(int) = {
-        request_fit_name,          request_light_type_name,   request_alpha_mode_name,
-        request_pass_through_name, request_tone_mapping_name, shadow_technique_name,
-        transparency_name,         request_light_lists_name,  request_blend_filter_name,
-        request_output_name,       request_format_name,       request_refraction_name,
-        request_studio_name,       request_visibility_name};
+    const char *(*const tables[])(int) = {request_fit_name,          request_light_type_name,
+                                          request_alpha_mode_name,   request_pass_through_name,
+                                          request_tone_mapping_name, shadow_technique_name,
+                                          transparency_name,         request_light_lists_name,
+                                          request_blend_filter_name, request_output_name,
+                                          request_format_name,       request_refraction_name,
+                                          request_studio_name,       request_visibility_name,
+                                          request_volume_map_name,   request_silhouette_form_name};
     static const int counts[] = {
-        8, 5, 3, 3, 4, SHADOWS_COUNT, TRANSPARENCIES_COUNT, 3, 3, REQUEST_OUTPUT_COUNT, 6, 2, 3, 2};
+        8, 5, 3, 3, 4, SHADOWS_COUNT, TRANSPARENCIES_COUNT, 3, 4, REQUEST_OUTPUT_COUNT, 6,
+        2, 3, 2, 2, 6};
     for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {
         assert_null(tables[i](-1));
         assert_non_null(tables[i](counts[i] - 1));

@@ -129,6 +129,7 @@ static struct tradeoff *make_document(void)
     add_row(tradeoff, 20, 0.1);
     add_row(tradeoff, 10, 0.2);
     add_row(tradeoff, 30, 0.15);
+    tradeoff->rows[2].setting.atmosphere_samples = 16;
     add_row(tradeoff, 0, 0.01);
     tradeoff_skip(tradeoff, "map", "%d reasons", 2);
     tradeoff_warn(tradeoff, "careful");
@@ -153,6 +154,8 @@ static void a_document_reads_back_as_itself(void **state)
     json_t *again = tradeoff_to_json(second);
     assert_true(json_equal(json, again));
     assert_int_equal(second->row_count, 4);
+    assert_int_equal(second->rows[1].setting.atmosphere_samples, 0);
+    assert_int_equal(second->rows[2].setting.atmosphere_samples, 16);
     assert_int_equal(second->problem.code, ERROR_TIMEOUT);
     json_decref(json);
     json_decref(again);
@@ -232,12 +235,34 @@ static void csv_has_a_line_per_setting_and_a_cell_per_name(void **state)
         int commas = 0;
         for (const char *c = line; *c; c++)
             commas += *c == ',';
-        assert_int_equal(commas, 19);
+        assert_int_equal(commas, 21);
         lines++;
     }
     assert_int_equal(lines, 5);
     free(csv);
     destroy(document);
+}
+
+static void labels_tell_media_where_they_are_not_the_default(void **state)
+{
+    (void)state;
+    char label[TRADEOFF_LABEL_BYTES];
+    struct quality_setting setting = {
+        .shadows = SHADOWS_DEEP, .shadow_resolution = 512, .shadow_taps = 4, .samples = 1};
+    tradeoff_setting_label(&setting, label);
+    assert_string_equal(label, "deep 512, 4 taps, 1 sample");
+    setting.atmosphere_samples = 16;
+    tradeoff_setting_label(&setting, label);
+    assert_string_equal(label, "deep 512, 4 taps, 1 sample, media 16");
+    setting.transparency = TRANSPARENCY_SORTED;
+    tradeoff_setting_label(&setting, label);
+    assert_string_equal(label, "deep 512, 4 taps, sorted, 1 sample, media 16");
+    setting =
+        (struct quality_setting){SHADOWS_COLORED_STOCHASTIC,     16384, 256, 16, 0.0001, 4, 4096,
+                                 TRANSPARENCY_DUAL_DEPTH_PEELING};
+    tradeoff_setting_label(&setting, label);
+    assert_string_equal(label, "colored-stochastic 16384, 256 taps, k 4, e 0.0001, "
+                               "dual-depth-peeling, 16 samples, media 4096");
 }
 
 static void lists_stop_at_their_caps(void **state)
@@ -264,6 +289,7 @@ int main(void)
         cmocka_unit_test(the_front_is_what_nothing_beats_in_both),
         cmocka_unit_test(medians_and_spreads_are_those_of_the_runs),
         cmocka_unit_test(csv_has_a_line_per_setting_and_a_cell_per_name),
+        cmocka_unit_test(labels_tell_media_where_they_are_not_the_default),
         cmocka_unit_test(lists_stop_at_their_caps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

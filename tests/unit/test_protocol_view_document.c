@@ -65,6 +65,17 @@ static void pictures_in_motion_have_one_sample_and_are_not_ray_traced(void **sta
     }
 }
 
+/* Nodes of light in haze and in smoke are as many in small pictures: motion has fewer slices. */
+static void pictures_in_motion_find_haze_in_few_slices(void **state)
+{
+    (void)state;
+    assert_int_equal(quality_of("{}", false).atmosphere_samples, 0);
+    assert_int_equal(quality_of("{}", true).atmosphere_samples, 16);
+    assert_int_equal(quality_of("{\"atmosphere_samples\":256}", false).atmosphere_samples, 256);
+    assert_int_equal(quality_of("{\"atmosphere_samples\":256}", true).atmosphere_samples, 16);
+    assert_int_equal(quality_of("{\"atmosphere_samples\":9}", true).atmosphere_samples, 9);
+}
+
 static struct view_document *document_of(const char *members)
 {
     char text[512];
@@ -118,6 +129,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pictures_in_motion_have_one_sample_and_are_not_ray_traced),
+        cmocka_unit_test(pictures_in_motion_find_haze_in_few_slices),
         cmocka_unit_test(pictures_at_rest_are_refined_to_more_samples),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

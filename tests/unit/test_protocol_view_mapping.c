@@ -53,9 +53,10 @@ static void every_member_of_a_request_reaches_the_view(void **state)
                    "\"rotation_deg\":45,\"intensity\":3,\"background\":true},"
                    "\"quality\":{\"shadows\":\"map\",\"transparency\":\"lists\","
                    "\"light_lists\":\"linked\",\"blend_filter\":\"kim\",\"shadow_resolution\":256,"
-                   "\"shadow_taps\":9,\"samples\":1,\"faithful\":true,"
-                   "\"environment_samples\":8,\"environment_visibility\":\"rays\","
-                   "\"refraction\":\"off\",\"refraction_samples\":6,\"atmosphere_samples\":9},"
+                   "\"shadow_taps\":9,\"samples\":1,\"faithful\":true,\"volume_map\":\"factors\","
+                   "\"silhouette_form\":\"geometry\",\"environment_samples\":8,"
+                   "\"environment_visibility\":\"rays\",\"refraction\":\"off\","
+                   "\"refraction_samples\":6,\"atmosphere_samples\":9},"
                    "\"outputs\":[\"color\",\"node\"]"));
     struct view_storage storage;
     struct view view;
@@ -92,9 +93,8 @@ static void every_member_of_a_request_reaches_the_view(void **state)
     const struct view_material_override *m = view.materials;
     assert_string_equal(m->material, "M");
     assert_true(m->has_base_color && m->base_color[3] == 0.5f);
-    assert_true(m->has_metallic && m->metallic == 0.25f);
+    assert_true(m->has_metallic && m->metallic == 0.25f && m->has_emissive && m->emissive[2] == 3);
     assert_true(m->has_roughness && m->roughness == 0.5f);
-    assert_true(m->has_emissive && m->emissive[2] == 3);
     assert_true(m->has_transmission && m->transmission == 0.75f && m->has_ior && m->ior == 1.5f);
     assert_true(m->has_thickness && m->thickness == 0.125f);
     assert_true(m->has_attenuation && m->attenuation_color[2] == 0.125f);
@@ -116,14 +116,14 @@ static void every_member_of_a_request_reaches_the_view(void **state)
     assert_int_equal(view.quality.refraction, VIEW_REFRACTION_OFF);
     assert_int_equal(view.quality.refraction_samples + view.quality.atmosphere_samples, 6 + 9);
     assert_int_equal(view.quality.environment_visibility, VIEW_VISIBILITY_RAYS);
-    assert_int_equal(view.quality.shadows, SHADOWS_MAP);
-    assert_int_equal(view.quality.transparency, TRANSPARENCY_LISTS);
+    assert_true(view.quality.shadows == SHADOWS_MAP &&
+                view.quality.transparency == TRANSPARENCY_LISTS);
     assert_int_equal(view.quality.light_lists, VIEW_LIGHT_LISTS_LINKED);
     assert_int_equal(view.quality.blend_filter, VIEW_BLEND_KIM);
-    assert_int_equal(view.quality.shadow_resolution, 256);
-    assert_int_equal(view.quality.shadow_taps, 9);
-    assert_int_equal(view.quality.samples, 1);
-    assert_true(view.quality.faithful);
+    assert_true(view.quality.shadow_resolution == 256 && view.quality.shadow_taps == 9 &&
+                view.quality.samples == 1);
+    assert_true(view.quality.faithful && view.quality.volume_map == VIEW_VOLUME_FACTORS &&
+                view.quality.silhouette_form == VIEW_SILHOUETTE_GEOMETRY);
     view_storage_finish(&storage);
     render_request_finish(&request);
 }

@@ -458,9 +458,92 @@ static void extreme_lamps_and_materials_have_the_bits_of_the_scalar_form(void **
             }
 }
 
+/* Rays of all lengths from the eye to about the middle of each triangle, some past it. */
+static void aim_rays(const struct subject *s, uint64_t *seed, struct rt_wide_rays *rays,
+                     struct rt_wide_hits *hits)
+{
+    for (int i = 0; i < RT_WIDE; i++) {
+        for (int k = 0; k < 3; k++) {
+            double middle = 0;
+            for (int c = 0; c < 3; c++) {
+                hits->corners[c][k][i] = s->positions[3 * i + c][k];
+                middle += s->positions[3 * i + c][k] / 3;
+            }
+            rays->origin[k][i] = EYE[k];
+            rays->direction[k][i] = middle - EYE[k] + random_uniform(seed, -0.2, 0.2);
+        }
+        rays->t_min[i] = random_uniform(seed, 0, 1.2);
+        rays->t_max[i] = i % 3 ? INFINITY : random_uniform(seed, 0.5, 1.5);
+        hits->turn[i] = s->mesh.is_mirrored ? -1 : 1;
+    }
+}
+
+static int compare_hits(const struct subject *s, const struct rt_wide_rays *rays,
+                        const struct rt_wide_hits *wide, const char *what)
+{
+    int met = 0;
+    for (int i = 0; i < RT_WIDE; i++) {
+        struct rt_hit hit = {.mesh = 0};
+        struct rt_hits hits = {.hits = &hit};
+        struct rt_ray ray = {.t_min = rays->t_min[i],
+                             .t_max = rays->t_max[i],
+                             .skip_mesh = UINT32_MAX,
+                             .skip_triangle = UINT32_MAX};
+        double normal[3], point[3];
+        for (int k = 0; k < 3; k++) {
+            ray.origin[k] = rays->origin[k][i];
+            ray.direction[k] = rays->direction[k][i];
+        }
+        bool is_met = rt_scene_add_hit(&s->scene, &ray, 0, (uint32_t)i, &hits);
+        if (is_met != wide->is_met[i])
+            fail_msg("%s, lane %d: met is %u, not %d", what, i, wide->is_met[i], is_met);
+        met += is_met;
+        for (int k = 0; k < 3; k++)
+            point[k] = ray.origin[k] + ray.direction[k] * hit.t;
+        rt_scene_normal(&s->scene, &hit, normal);
+        for (int k = 0; k < 3 && is_met; k++)
+            if (!is_same_f64(&point[k], &wide->point[k][i], 1) ||
+                !is_same_f64(&normal[k], &wide->normal[k][i], 1))
+                fail_msg("%s, lane %d: another point or normal", what, i);
+        if (is_met &&
+            (!is_same_f64(&hit.t, &wide->t[i], 1) || !is_same_f64(&hit.u, &wide->u[i], 1) ||
+             !is_same_f64(&hit.v, &wide->v[i], 1) || hit.is_front != wide->is_front[i]))
+            fail_msg("%s, lane %d: another place", what, i);
+    }
+    return met;
+}
+
+static void hits_side_by_side_have_the_bits_of_one_after_the_other(void **state)
+{
+    (void)state;
+    static struct rt_wide_rays rays;
+    static struct rt_wide_hits hits;
+    struct subject s;
+    int met = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        uint64_t seed = 77 + (uint64_t)round;
+        make_subject(&s, round, false);
+        s.mesh.is_double_sided = true;
+        aim_rays(&s, &seed, &rays, &hits);
+        rt_wide_meet(&rays, &hits, true);
+        met += compare_hits(&s, &rays, &hits, "hits");
+        for (enum extreme extreme = 0; extreme <= HUGE_TRIANGLE; extreme++) {
+            make_subject(&s, round, false);
+            spoil(&s, round % RT_WIDE, extreme);
+            aim_rays(&s, &seed, &rays, &hits);
+            rays.direction[1][(round + 5) % RT_WIDE] = extreme % 2 ? (double)NAN : INFINITY;
+            rt_wide_meet(&rays, &hits, true);
+            compare_hits(&s, &rays, &hits, "hits beside an extreme");
+        }
+    }
+    print_message("%d of %d rays end\n", met, ROUNDS * RT_WIDE);
+    assert_in_range(met, ROUNDS * RT_WIDE / 4, ROUNDS * RT_WIDE * 3 / 4);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(hits_side_by_side_have_the_bits_of_one_after_the_other),
         cmocka_unit_test(sixteen_surfaces_have_the_bits_of_one_after_the_other),
         cmocka_unit_test(an_extreme_in_one_lane_changes_no_other),
         cmocka_unit_test(extreme_lamps_and_materials_have_the_bits_of_the_scalar_form),

@@ -161,6 +161,69 @@ static void scenes_with_grids_take_what_draws_them(void **state)
     rig_finish(&rig);
 }
 
+/* The row of the view, and its like of 16 slices in half the time with twice the error. */
+static json_t *offer_in_haze(void)
+{
+    struct choice_offer *offer = calloc(1, sizeof *offer);
+    assert_non_null(offer);
+    add(&offer->view, row_of(SHADOWS_DEEP, 4, 20, 0.02));
+    add(&offer->view, row_of(SHADOWS_DEEP, 4, 10, 0.04));
+    offer->view.rows[1].setting.atmosphere_samples = 16;
+    add(&offer->view, row_of(SHADOWS_RAYTRACED, 4, 15, 0.02));
+    json_t *json = choice_offer_to_json(offer);
+    free(offer);
+    assert_non_null(json);
+    return json;
+}
+
+static void atmosphere_samples_are_chosen_in_haze_and_stay_where_they_were_said(void **state)
+{
+    (void)state;
+    static const struct {
+        double max_error;
+        int said, chosen;
+        double ms;
+    } cases[] = {{0.05, 0, 16, 10}, {0.03, 0, 0, 15}, {0.05, 16, 16, 10}, {0.03, 16, 16, 10}};
+    json_t *offer = offer_in_haze();
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct rig rig;
+        struct error err = {0};
+        rig_init(&rig);
+        rig.request.atmosphere.density = 0.1;
+        rig.request.quality.max_error = cases[i].max_error;
+        rig.request.quality.atmosphere_samples = cases[i].said;
+        assert_true(choose(&rig, offer, &err));
+        assert_int_equal(rig.promise.chosen.atmosphere_samples, cases[i].chosen);
+        assert_int_equal(rig.request.quality.atmosphere_samples, cases[i].chosen);
+        assert_true(rig.promise.chosen.expected_ms == cases[i].ms);
+        rig_finish(&rig);
+    }
+    json_decref(offer);
+}
+
+/* Without a target the technique alone is chosen, by rows of the samples that are drawn. */
+static void auto_goes_by_rows_of_the_atmosphere_samples_that_are_drawn(void **state)
+{
+    (void)state;
+    struct rig rig;
+    struct error err = {0};
+    json_t *offer = offer_in_haze();
+    rig_init(&rig);
+    rig.request.atmosphere.density = 0.1;
+    assert_true(choose(&rig, offer, &err));
+    assert_int_equal(rig.request.quality.shadows, SHADOWS_RAYTRACED);
+    assert_true(rig.promise.chosen.expected_ms == 15);
+    assert_int_equal(rig.request.quality.atmosphere_samples, 0);
+    rig_finish(&rig);
+    rig_init(&rig);
+    rig.request.atmosphere.density = 0.1;
+    rig.request.quality.atmosphere_samples = 16; /* of which no rays were measured */
+    assert_true(choose(&rig, offer, &err));
+    assert_int_equal(rig.request.quality.shadows, SHADOWS_AUTO);
+    rig_finish(&rig);
+    json_decref(offer);
+}
+
 static void what_was_said_stays(void **state)
 {
     (void)state;
@@ -259,6 +322,7 @@ static void forecasts_know_of_haze(void **state)
         rig.request.quality.max_error = 0.5;
         rig.request.quality.shadows = SHADOWS_RAYTRACED;
         rig.request.quality.samples = 1;
+        rig.request.quality.atmosphere_samples = 64;
         rig.request.atmosphere.density = hazy;
         if (!choose(&rig, offer, &err))
             fail_msg("%s", err.message);
@@ -280,6 +344,8 @@ int main(void)
         cmocka_unit_test(a_malformed_offer_is_refused),
         cmocka_unit_test(a_target_takes_the_fastest_row_that_keeps_it),
         cmocka_unit_test(scenes_with_grids_take_what_draws_them),
+        cmocka_unit_test(atmosphere_samples_are_chosen_in_haze_and_stay_where_they_were_said),
+        cmocka_unit_test(auto_goes_by_rows_of_the_atmosphere_samples_that_are_drawn),
         cmocka_unit_test(what_was_said_stays),
         cmocka_unit_test(auto_is_the_fastest_of_what_was_measured_for_the_view),
         cmocka_unit_test(without_an_offer_the_planner_decides),

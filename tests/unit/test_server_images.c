@@ -16,7 +16,7 @@
 /* A frame of 2 by 1 pixels with every output. */
 static void make_frame(struct frame *frame)
 {
-    static const int channels[VIEW_OUTPUT_COUNT] = {4, 1, 3, 3, 1, 1, 3, 3, 1, 1};
+    static const int channels[VIEW_OUTPUT_COUNT] = {4, 1, 3, 3, 1, 1, 3, 3, 1, 1, 3};
     struct error err = {0};
     memset(frame, 0, sizeof *frame);
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++) {
@@ -31,6 +31,8 @@ static void make_frame(struct frame *frame)
                 ((float *)frame->outputs[i].pixels)[k] = 0.25f * (float)(k + 1);
     }
     ((float *)frame->outputs[VIEW_OUTPUT_DEPTH].pixels)[1] = INFINITY;
+    ((float *)frame->outputs[VIEW_OUTPUT_OPTICAL_DEPTH].pixels)[3] = INFINITY;
+    ((float *)frame->outputs[VIEW_OUTPUT_OPTICAL_DEPTH].pixels)[4] = 0;
     memset(frame->outputs[VIEW_OUTPUT_NORMAL].pixels, 0, 3 * sizeof(float));
 }
 
@@ -103,14 +105,17 @@ static void several_outputs_share_one_exr_with_named_channels(void **state)
                                         "transmittance.G",
                                         "transmittance.B",
                                         "lights.count",
-                                        "layers.count"};
+                                        "layers.count",
+                                        "optical_depth.R",
+                                        "optical_depth.G",
+                                        "optical_depth.B"};
     struct image image;
     make_image(&image, (1u << VIEW_OUTPUT_COUNT) - 1, IMAGE_FORMAT_EXR);
-    assert_int_equal(21, image.channels);
+    assert_int_equal(24, image.channels);
     assert_int_equal(IMAGE_F32, image.component);
-    for (int i = 0; i < 21; i++)
+    for (int i = 0; i < 24; i++)
         assert_string_equal(names[i], image.channel_names[i]);
-    const float *second = (const float *)image.pixels + 21;
+    const float *second = (const float *)image.pixels + 24;
     assert_true(second[0] == 1.25f && second[3] == 2.f && isinf(second[4]));
     assert_true(second[11] == 65535.f && second[12] == 65535.f);
     image_finish(&image);
@@ -171,6 +176,24 @@ static void depth_and_normals_are_shown_in_range(void **state)
     image_finish(&image);
 }
 
+/* In sRGB: where nothing is in the way it is black, and where all is lost white. */
+static void an_optical_depth_is_shown_as_what_it_takes_away(void **state)
+{
+    (void)state;
+    struct image image;
+    make_image(&image, 1u << VIEW_OUTPUT_OPTICAL_DEPTH, IMAGE_FORMAT_PNG);
+    const uint8_t *shown = image.pixels;
+    assert_int_equal(4, image.channels);
+    for (int k = 0; k < 3; k++) {
+        double lost = 1 - exp(-0.25 * (k + 1));
+        double code = 255 * (1.055 * pow(lost, 1 / 2.4) - 0.055);
+        assert_true(fabs(shown[k] - code) <= 1);
+    }
+    assert_int_equal(255, shown[4]);
+    assert_int_equal(0, shown[5]);
+    image_finish(&image);
+}
+
 static void every_output_encodes_in_every_format_that_holds_it(void **state)
 {
     (void)state;
@@ -201,6 +224,7 @@ int main(void)
         cmocka_unit_test(ids_want_a_lossless_format_and_keep_every_bit),
         cmocka_unit_test(an_id_that_png_cannot_hold_is_refused),
         cmocka_unit_test(depth_and_normals_are_shown_in_range),
+        cmocka_unit_test(an_optical_depth_is_shown_as_what_it_takes_away),
         cmocka_unit_test(every_output_encodes_in_every_format_that_holds_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -4,9 +4,11 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #include <cmocka.h>
 
+#include "renderer/gl/context.h"
 #include "renderer/shadows/shadow_programs.h"
 #include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
@@ -202,6 +204,30 @@ static void queries_name_what_a_map_has(void **state)
     }
 }
 
+/* Geometry programs draw edges or casters in all forms but compute and triangles-one-pass, the
+ * tessellator in the three that have its name or that of triangles. */
+static void silhouettes_are_drawn_by_stages_that_can_read_them(void **state)
+{
+    (void)state;
+    const struct shadow_method *method = shadow_method_of(SHADOWS_SILHOUETTE);
+    const struct scene_state empty = {.item_count = 0};
+    for (int form = 0; form < VIEW_SILHOUETTE_FORMS; form++)
+        for (int i = 0; i < 4; i++) {
+            const struct view_quality quality = {.silhouette_form =
+                                                     (enum view_silhouette_form)form};
+            const struct gl_limits limits = {.max_geometry_blocks = i & 1 ? 8 : 7,
+                                             .max_tessellation_blocks = i & 2 ? 8 : 7};
+            struct error err = {0};
+            bool is_refused =
+                (!(i & 1) && form != VIEW_SILHOUETTE_COMPUTE &&
+                 form != VIEW_SILHOUETTE_TRIANGLES_ONE_PASS) ||
+                (!(i & 2) && form > VIEW_SILHOUETTE_GEOMETRY && form != VIEW_SILHOUETTE_STENCIL);
+            assert_int_equal(method->check(&empty, &quality, &limits, &err), !is_refused);
+            assert_true(!is_refused ||
+                        (err.code == ERROR_UNSUPPORTED && strstr(err.message, "compute")));
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -215,6 +241,7 @@ int main(void)
         cmocka_unit_test(lights_without_casters_shine_without_a_shadow),
         cmocka_unit_test(techniques_that_filter_say_so),
         cmocka_unit_test(queries_name_what_a_map_has),
+        cmocka_unit_test(silhouettes_are_drawn_by_stages_that_can_read_them),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -228,14 +229,14 @@ static void levels_are_there_as_materials_sample_them(void **state)
 struct sink {
     uint8_t *bytes;
     size_t size;
-    int calls_left; /* then writing fails */
+    atomic_int calls_left; /* then writing fails */
 };
 
 static bool sink_write(void *context, uint64_t offset, const void *bytes, size_t size,
                        struct error *err)
 {
     struct sink *sink = context;
-    if (sink->calls_left-- <= 0)
+    if (atomic_fetch_sub(&sink->calls_left, 1) <= 0)
         return error_set(err, ERROR_IO, "the disk is full");
     assert_true(offset + size <= sink->size);
     memcpy(sink->bytes + offset, bytes, size);
@@ -264,7 +265,7 @@ static void pixels_written_as_they_come_make_the_same_blob(void **state)
     memcpy(sink.bytes, head, head_bytes);
     assert_memory_equal(sink.bytes, s.blob, s.blob_bytes);
     free(head);
-    sink.calls_left = 2;
+    atomic_store(&sink.calls_left, 2);
     err = (struct error){0};
     assert_false(scene_import(&desc, &head, &head_bytes, &err));
     assert_null(head);

@@ -8,10 +8,11 @@
  * "fake:error-on-device", "fake:lost-on-device" and "fake:hang-on-device" do as those above.
  * "fake:crash-at=T" ends it where the view's time is T seconds, to the second.
  * "fake:tradeoff" gives each setting an error and a time, and with it
- * "fake:crash-at-2048" crashes on shadow maps of that size. Device 64 does not exist, device 62 is
- * of another kind. The importer is the real one, but for files that hold "fake:decoder-crash",
- * "fake:decoder-hang", "fake:decoder-open", "fake:decoder-exec", "fake:decoder-socket" or
- * "fake:decoder-memory". */
+ * "fake:layers" puts transparent surfaces in view, which "sorted" draws in half the time, and
+ * worse, "fake:crash-at-2048" crashes on shadow maps of that size. Device 64 does not exist, device
+ * 62 is of another kind. The importer is the real one, but for files that hold
+ * "fake:decoder-crash", "fake:decoder-hang", "fake:decoder-open", "fake:decoder-exec",
+ * "fake:decoder-socket" or "fake:decoder-memory". */
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -23,6 +24,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "protocol/quality_defaults.h"
 #include "renderer/base/wall_clock.h"
 #include "renderer/frame/calibrate.h"
 #include "renderer/frame/texture_speed.h"
@@ -372,11 +374,17 @@ static bool obey(struct renderer *renderer, const char *name, const struct view 
     return true;
 }
 
-/* How far the image of "fake:tradeoff" is off: less with resolution, taps and samples. */
-static double fake_error(const struct view_quality *quality)
+/* What haze adds, and takes: slices, in haze alone. */
+static double fake_slices(const struct view *view)
 {
-    if (quality->reference)
-        return 0;
+    return view_has_atmosphere(view)
+               ? quality_or(view->quality.atmosphere_samples, ATMOSPHERE_SLICES_DEFAULT)
+               : 0;
+}
+
+/* How far the image of "fake:tradeoff" is off: less with resolution, taps and samples. */
+static double fake_error_of_surfaces(const struct view_quality *quality)
+{
     if (quality->shadows == SHADOWS_RAYTRACED)
         return quality->samples == 1 ? 0.02 : quality->samples == 4 ? 0.01 : 0;
     if (quality->shadows == SHADOWS_NONE)
@@ -388,11 +396,19 @@ static double fake_error(const struct view_quality *quality)
            (quality->samples == 1 ? 0.02 : 0) + (is_map ? 0.1 : 0);
 }
 
-/* A time that goes the other way. Nothing waits for it. */
-static double fake_ms(const struct view_quality *quality, bool is_cold)
+static double fake_error(const struct view *view)
 {
-    if (quality->reference)
-        return 5;
+    double slices = fake_slices(view);
+    if (view->quality.reference)
+        return 0;
+    bool is_sorted = view->quality.transparency == TRANSPARENCY_SORTED;
+    return fake_error_of_surfaces(&view->quality) + (is_sorted ? 0.015 : 0) +
+           (slices > 0 ? 0.64 / slices : 0);
+}
+
+/* A time that goes the other way. Nothing waits for it. */
+static double fake_ms_of_surfaces(const struct view_quality *quality, bool is_cold)
+{
     if (quality->shadows == SHADOWS_RAYTRACED)
         return 100. * quality->samples;
     if (quality->shadows == SHADOWS_NONE)
@@ -401,6 +417,14 @@ static double fake_ms(const struct view_quality *quality, bool is_cold)
         return 500;
     double map = quality->shadow_resolution / 64.;
     return 4 + 2. * quality->shadow_taps + 3. * quality->samples + (is_cold ? map : 0);
+}
+
+static double fake_ms(const struct view *view, bool is_cold)
+{
+    if (view->quality.reference)
+        return 5;
+    double share = view->quality.transparency == TRANSPARENCY_SORTED ? 0.5 : 1;
+    return share * fake_ms_of_surfaces(&view->quality, is_cold) + fake_slices(view) / 4;
 }
 
 /* "fake:tradeoff": two lights and a transparent caster. */
@@ -414,14 +438,16 @@ static void weigh(struct fake_scene *scene, const struct view *view, struct fram
     size_t count = color->pixels ? (size_t)color->width_px * (size_t)color->height_px * 4 : 0;
     for (size_t i = 0; i < count; i++)
         if (i % 4 != 3)
-            ((float *)color->pixels)[i] += (float)fake_error(quality);
+            ((float *)color->pixels)[i] += (float)fake_error(view);
     frame->report.counts.lights = frame->report.counts.shadowed_lights = 2;
     frame->report.counts.triangles = !scene->has_structures; /* kept surfaces are not drawn */
+    frame->report.has_layers = scene_find_node(&scene->scene, "fake:layers") >= 0;
+    frame->report.layer_needs = frame->report.has_layers ? TRANSPARENCY_CAN_GROUND : 0;
     frame->report.counts.events = quality->shadows == SHADOWS_DEEP ? 7 : 0;
     report_add_bytes(&frame->report, "shadows",
                      (uint64_t)quality->shadow_resolution * (uint64_t)quality->shadow_resolution);
     frame->report.error_is_exact = quality->shadows == SHADOWS_RAYTRACED;
-    frame->report.total_ms = fake_ms(quality, !scene->has_structures);
+    frame->report.total_ms = fake_ms(view, !scene->has_structures);
     scene->has_structures = true;
 }
 
@@ -437,7 +463,7 @@ static bool obey_nodes(struct renderer *renderer, const struct scene *scene,
 static bool paint(struct image *image, enum view_output output, const struct view *view,
                   struct error *err)
 {
-    static const int channels[VIEW_OUTPUT_COUNT] = {4, 1, 3, 3, 1, 1, 3, 3, 1, 1};
+    static const int channels[VIEW_OUTPUT_COUNT] = {4, 1, 3, 3, 1, 1, 3, 3, 1, 1, 3};
     bool is_id = output == VIEW_OUTPUT_NODE || output == VIEW_OUTPUT_MATERIAL ||
                  output == VIEW_OUTPUT_LIGHTS || output == VIEW_OUTPUT_LAYERS;
     const struct view_tile tile = view_tile_of(view);

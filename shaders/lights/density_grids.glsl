@@ -4,7 +4,7 @@
 // a cell between eight centres: Gauss and Legendre's rule of two points sums it up exactly. Empty
 // bricks are crossed in one step.
 // Needs: GRID_COUNT; GRID_CUTS, how many clip planes the view has, where it has any.
-// Provides: struct grid_way, grid_meet, grid_cell_at, grid_mean, grids_let_through.
+// Provides: struct grid_way, grid_meet, grid_cell_at, grid_mean, grid_sum, grids_let_through.
 layout(binding = UNIT_GRID_RECORDS) uniform usamplerBuffer u_grid_records; // struct grid_record
 layout(binding = UNIT_GRID_BRICKS) uniform usamplerBuffer u_grid_bricks;   // 1 + index; 0: empty
 // Two neighbours along x: those of a brick from each of its 8 x 9 x 9 voxels on.
@@ -129,23 +129,28 @@ float grid_mean(grid_way w, grid_cell c, float t, float end)
     return 0.5 * (grid_value(low, high, a) + grid_value(low, high, b));
 }
 
+// The integral of the value along the way [m], followed no farther than until it is `most`.
+float grid_sum(grid_way w, float most)
+{
+    float t = 0.0, length_in = w.end - w.begin, sum = 0.0;
+    while (t < length_in && sum < most) {
+        grid_cell c = grid_cell_at(w, t);
+        float end = min(c.end, length_in);
+        if (c.values >= 0)
+            sum += grid_mean(w, c, t, end) * (end - t);
+        t = end;
+    }
+    return sum;
+}
+
 // What all grids let through of a way [m] of light from a point on.
 vec3 grids_let_through(vec3 p, vec3 way, float length_m)
 {
     vec3 depth = vec3(0.0);
     vec2 range = grid_kept(p, way, vec2(0.0, length_m), GRID_CUTS_OF_LIGHT);
     for (uint g = 0u; g < uint(GRID_COUNT); g++) {
-        grid_way w = grid_meet(g, p, way, range);
         vec4 sigma = grid_word(g, 4u);
-        float t = 0.0, length_in = w.end - w.begin, sum = 0.0;
-        while (t < length_in && sum < sigma.w) {
-            grid_cell c = grid_cell_at(w, t);
-            float end = min(c.end, length_in);
-            if (c.values >= 0)
-                sum += grid_mean(w, c, t, end) * (end - t);
-            t = end;
-        }
-        depth += sigma.rgb * sum;
+        depth += sigma.rgb * grid_sum(grid_meet(g, p, way, range), sigma.w);
     }
     return exp(-depth);
 }
