@@ -308,6 +308,7 @@ static const char *const silhouette_form_sentences[] = {
     "likewise the tessellator (Lexolights, Peciva), for comparison",
     "the tessellator draws the sides behind each triangle, a geometry program the triangle",
     "the tessellator draws both at once",
+    "a geometry program draws both at once",
     "a geometry program draws into a stencil of 8 bits, for one filter and point at a time",
 };
 static const char *const refraction_sentences[] = {

@@ -60,7 +60,7 @@ const char *request_volume_map_name(int map)
 const char *request_silhouette_form_name(int form)
 {
     NAME_OF(form, "compute", "geometry", "tessellation", "triangles-two-pass", "triangles-one-pass",
-            "stencil");
+            "triangles-geometry", "stencil");
 }
 
 const char *request_refraction_name(int refraction)

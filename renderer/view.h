@@ -148,6 +148,7 @@ enum view_silhouette_form {
     VIEW_SILHOUETTE_TESSELLATION,
     VIEW_SILHOUETTE_TRIANGLES_TWO_PASS, /* tessellator: the three sides behind each triangle; */
     VIEW_SILHOUETTE_TRIANGLES_ONE_PASS, /* and the triangle with them */
+    VIEW_SILHOUETTE_TRIANGLES_GEOMETRY, /* a geometry program, all that */
     VIEW_SILHOUETTE_STENCIL,            /* a geometry program, into a stencil of 8 bits */
     VIEW_SILHOUETTE_FORMS
 };

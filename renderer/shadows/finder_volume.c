@@ -15,6 +15,7 @@
 #include "renderer/base/matrix.h"
 #include "renderer/shadows/shadow_traced.h"
 #include "renderer/shadows/volume_drawing.h"
+#include "renderer/shadows/volume_programs.h"
 #include "renderer/shadows/volumes.h"
 #include "renderer/transparency/method.h"
 #include "shaders/shared/layout.h"
@@ -33,17 +34,8 @@ enum {
     SAMPLES_MOST = 4,   /* of a pixel of the window */
     COUNTER_BYTES = 4 * VOLUME_COUNTERS,
     SPANS_FIRST = 1 << 14,
-    DEFINES_BYTES = 64,
     TILE_BYTES = 4,
 };
-
-static enum volume_form form_of(bool is_silhouette, const struct view *view)
-{
-    return is_silhouette              ? VOLUME_COUNTS
-           : !view->quality.faithful  ? VOLUME_SUMS
-           : view->quality.volume_map ? VOLUME_PRODUCTS
-                                      : VOLUME_LOGS;
-}
 
 static bool begin(struct traced_shadows *traced, const struct shadow_finding *finding,
                   struct error *err)
@@ -53,7 +45,8 @@ static bool begin(struct traced_shadows *traced, const struct shadow_finding *fi
         volumes = traced->own = calloc(1, sizeof *volumes);
     if (!volumes)
         return error_set(err, ERROR_NO_MEMORY, "shadow volumes");
-    volumes->form = form_of(traced->finder == &shadow_finder_silhouette, finding->desc->view);
+    volumes->form =
+        volume_form_of(traced->finder == &shadow_finder_silhouette, finding->desc->view);
     volumes->drawn_by = finding->desc->view->quality.silhouette_form;
     return volumes_begin(volumes, finding, err);
 }
@@ -90,156 +83,14 @@ static uint32_t room(const struct traced_shadows *traced, const struct clusters 
     return most < clusters->longest ? (uint32_t)most : clusters->longest;
 }
 
-/* ---- programs ---- */
-
-enum program {
-    PLACE,
-    SIGNS_OF_LIGHT,
-    EDGES_OF_LIGHT,
-    STARTS_OF_LIGHT,
-    FACES_OF_LIGHT,
-    COVER,
-    COVER_SMALL,
-    DRAW, /* takes the place of both, where faces are drawn */
-    FILTERS,
-    /* likewise, of counts: what draws by geometry programs, and by the tessellator */
-    QUADS_OF_EDGES,
-    QUADS_OF_CAPS,
-    PATCHES_OF_EDGES,
-    PATCHES_OF_SIDES, /* of triangles, */
-    PATCHES_OF_ALL,   /* with these */
-    STENCIL_OF_EDGES,
-    STENCIL_OF_CAPS,
-    TALLY, /* with these two */
-    PROGRAMS
-};
-
-/* What draws the faces of counts: sides, and then casters. PROGRAMS: nothing. */
-static const enum program drawing_programs[VIEW_SILHOUETTE_FORMS][2] = {
-    [VIEW_SILHOUETTE_COMPUTE] = {PROGRAMS, PROGRAMS},
-    [VIEW_SILHOUETTE_GEOMETRY] = {QUADS_OF_EDGES, QUADS_OF_CAPS},
-    [VIEW_SILHOUETTE_TESSELLATION] = {PATCHES_OF_EDGES, QUADS_OF_CAPS},
-    [VIEW_SILHOUETTE_TRIANGLES_TWO_PASS] = {PATCHES_OF_SIDES, QUADS_OF_CAPS},
-    [VIEW_SILHOUETTE_TRIANGLES_ONE_PASS] = {PATCHES_OF_ALL, PROGRAMS},
-    [VIEW_SILHOUETTE_STENCIL] = {STENCIL_OF_EDGES, STENCIL_OF_CAPS},
-};
-
-#define COUNTED                                                                                 \
-    .file = "volume_counted.frag.glsl", .vertex = "volume_patch.vert.glsl", .is_in_view = true, \
-    .counts = true
-#define STENCILLED                                                          \
-    .file = "volume_stencil.frag.glsl", .vertex = "volume_patch.vert.glsl", \
-    .geometry = "volume_quads.geom.glsl", .is_in_view = true, .counts = true
-#define TESSELLATED .tessellation = {"volume_quads.tesc.glsl", "volume_quads.tese.glsl"}
-
-/* form: VOLUME_COUNTS where casters are counted by groups, indeed. */
-static struct program_desc program_of(bool is_orthographic, enum volume_form form,
-                                      enum program program, char defines[DEFINES_BYTES])
-{
-    static const struct {
-        const char *file, *vertex, *geometry, *tessellation[2], *defines;
-        bool walks_lists, is_in_view, counts, knows_form;
-    } programs[PROGRAMS] = {
-        [PLACE] = {.file = "volume_place.comp.glsl", .walks_lists = true},
-        [SIGNS_OF_LIGHT] = {.file = "volume_signs.comp.glsl", .is_in_view = true, .counts = true},
-        [EDGES_OF_LIGHT] = {.file = "volume_edges.comp.glsl", .counts = true, .knows_form = true},
-        [STARTS_OF_LIGHT] = {.file = "volume_starts.comp.glsl",
-                             .walks_lists = true,
-                             .is_in_view = true},
-        [FACES_OF_LIGHT] = {.file = "volume_faces.comp.glsl",
-                            .is_in_view = true,
-                            .counts = true,
-                            .knows_form = true},
-        [COVER] = {.file = "volume_cover.comp.glsl", .is_in_view = true},
-        [COVER_SMALL] = {.file = "volume_cover.comp.glsl",
-                         .is_in_view = true,
-                         .defines = "IS_SMALL"},
-        [DRAW] = {.file = "volume_drawn.frag.glsl",
-                  .vertex = "volume_drawn.vert.glsl",
-                  .is_in_view = true,
-                  .knows_form = true},
-        [FILTERS] = {.file = "volume_filters.comp.glsl",
-                     .walks_lists = true,
-                     .counts = true,
-                     .knows_form = true},
-        [QUADS_OF_EDGES] = {COUNTED, .geometry = "volume_quads.geom.glsl"},
-        [QUADS_OF_CAPS] = {COUNTED, .geometry = "volume_quads.geom.glsl", .defines = "IS_CAP"},
-        [PATCHES_OF_EDGES] = {COUNTED, TESSELLATED},
-        [PATCHES_OF_SIDES] = {COUNTED, TESSELLATED, .defines = "IS_TRIANGLE"},
-        [PATCHES_OF_ALL] = {COUNTED, TESSELLATED, .defines = "IS_TRIANGLE HAS_CAP"},
-        [STENCIL_OF_EDGES] = {STENCILLED, .defines = "IS_STENCIL"},
-        [STENCIL_OF_CAPS] = {STENCILLED, .defines = "IS_CAP IS_STENCIL"},
-        [TALLY] = {.file = "volume_tally.comp.glsl"},
-    };
-    bool is_drawn = programs[program].knows_form && volume_form_is_drawn(form);
-    const char *const words[] = {
-        programs[program].walks_lists ? light_lists_technique_defines(VIEW_LIGHT_LISTS_CLUSTERED)
-                                      : NULL,
-        programs[program].is_in_view && is_orthographic ? "IS_ORTHOGRAPHIC" : NULL,
-        programs[program].counts && form == VOLUME_COUNTS ? "HAS_GROUPS" : NULL,
-        programs[program].defines,
-        is_drawn && program != DRAW ? "IS_DRAWN" : NULL,
-        is_drawn && form == VOLUME_PRODUCTS && (program == DRAW || program == FILTERS)
-            ? "IS_PRODUCT"
-            : NULL,
-    };
-    size_t used = 0;
-    defines[0] = '\0';
-    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-        if (words[i])
-            used += (size_t)snprintf(defines + used, DEFINES_BYTES - used, "%s%s", used ? " " : "",
-                                     words[i]);
-    struct program_desc desc = {
-        .label = programs[program].file,
-        .vertex = programs[program].vertex,
-        .tessellation = {programs[program].tessellation[0], programs[program].tessellation[1]},
-        .geometry = programs[program].geometry,
-        .defines = defines[0] ? defines : NULL};
-    *(desc.vertex ? &desc.fragment : &desc.compute) = programs[program].file;
-    return desc;
-}
-
-static bool is_drawing_program(enum view_silhouette_form drawn_by, enum program program)
-{
-    return drawing_programs[drawn_by][0] == program || drawing_programs[drawn_by][1] == program ||
-           (program == TALLY && drawn_by == VIEW_SILHOUETTE_STENCIL);
-}
-
-/* Whether frames of the form need a program. */
-static bool needs_program(enum volume_form form, enum view_silhouette_form drawn_by,
-                          enum program program)
-{
-    if (program > FILTERS)
-        return form == VOLUME_COUNTS && is_drawing_program(drawn_by, program);
-    if (volume_form_is_drawn(form))
-        return program != COVER && program != COVER_SMALL;
-    bool covers = program == COVER || program == COVER_SMALL || program == EDGES_OF_LIGHT ||
-                  program == FACES_OF_LIGHT;
-    bool is_by_compute = form != VOLUME_COUNTS || drawn_by == VIEW_SILHOUETTE_COMPUTE;
-    return program != DRAW && (is_by_compute || !covers);
-}
-
-static void list_programs_of(const struct window_frame *frame, enum volume_form form,
-                             struct program_list *list)
-{
-    for (int i = 0; i < PROGRAMS; i++) {
-        char defines[DEFINES_BYTES];
-        if (!needs_program(form, frame->view->quality.silhouette_form, (enum program)i))
-            continue;
-        const struct program_desc desc =
-            program_of(frame->camera->is_orthographic, form, (enum program)i, defines);
-        program_list_add(list, "shadow.volumes", &desc, true);
-    }
-}
-
 static void list_programs(const struct window_frame *frame, struct program_list *list)
 {
-    list_programs_of(frame, form_of(false, frame->view), list);
+    volume_programs_list(frame, false, list);
 }
 
 static void list_counting_programs(const struct window_frame *frame, struct program_list *list)
 {
-    list_programs_of(frame, form_of(true, frame->view), list);
+    volume_programs_list(frame, true, list);
 }
 
 /* ---- a light ---- */
@@ -257,20 +108,14 @@ struct light_pass {
     uint32_t turn, slot;  /* of a stencil: the group, and the point of each pixel */
 };
 
-static const struct gl_program *use(const struct light_pass *pass, enum program program,
+static const struct gl_program *use(const struct light_pass *pass, enum volume_program program,
                                     struct error *err)
 {
-    char defines[DEFINES_BYTES];
     const struct window_frame *frame = pass->chunk->frame;
     enum volume_form form = pass->volumes->form;
     if (form == VOLUME_COUNTS && !pass->volumes->group_count)
         form = VOLUME_SUMS;
-    const struct program_desc desc =
-        program_of(frame->camera->is_orthographic, form, program, defines);
-    const struct gl_program *found = program_cache_get(frame->programs, &desc, err);
-    if (found)
-        gl_program_use(found);
-    return found;
+    return volume_program_use(frame, form, program, err);
 }
 
 static void bind_geometry(const struct light_pass *pass, const struct gl_program *program)
@@ -331,7 +176,7 @@ static void dispatch_points(const struct light_pass *pass)
 
 static bool place_points(const struct light_pass *pass, struct error *err)
 {
-    const struct gl_program *program = use(pass, PLACE, err);
+    const struct gl_program *program = use(pass, PROGRAM_PLACE, err);
     if (!program)
         return false;
     bind_points(pass, program);
@@ -343,7 +188,7 @@ static bool place_points(const struct light_pass *pass, struct error *err)
 
 static bool start_points(const struct light_pass *pass, struct error *err)
 {
-    const struct gl_program *program = use(pass, STARTS_OF_LIGHT, err);
+    const struct gl_program *program = use(pass, PROGRAM_STARTS_OF_LIGHT, err);
     const struct window_frame *frame = pass->chunk->frame;
     if (!program)
         return false;
@@ -368,7 +213,7 @@ static bool find_edges(struct light_pass *pass, struct error *err)
 {
     const struct volume_casters *casters = &pass->volumes->casters;
     struct gl_buffer *counters = &pass->volumes->buffers[BUFFER_COUNTERS];
-    const struct gl_program *program = use(pass, SIGNS_OF_LIGHT, err);
+    const struct gl_program *program = use(pass, PROGRAM_SIGNS_OF_LIGHT, err);
     pass->edges = 0; /* a lost context reads nothing */
     if (!program)
         return false;
@@ -379,7 +224,7 @@ static bool find_edges(struct light_pass *pass, struct error *err)
     window_dispatch_items(casters->triangle_count);
     if (volumes_draw_counts(pass->volumes))
         return true;
-    program = use(pass, EDGES_OF_LIGHT, err);
+    program = use(pass, PROGRAM_EDGES_OF_LIGHT, err);
     if (!program)
         return false;
     bind_geometry(pass, program);
@@ -415,7 +260,7 @@ static bool find_spans(const struct light_pass *pass, uint64_t first, uint64_t e
     const struct window_frame *frame = pass->chunk->frame;
     struct volumes *volumes = pass->volumes;
     struct gl_buffer *counters = &volumes->buffers[BUFFER_COUNTERS];
-    const struct gl_program *program = use(pass, FACES_OF_LIGHT, err);
+    const struct gl_program *program = use(pass, PROGRAM_FACES_OF_LIGHT, err);
     if (!program)
         return false;
     gl_buffer_clear_u32(counters, 0, 4, 0);
@@ -457,20 +302,21 @@ static void bind_pixels(const struct light_pass *pass, const struct gl_program *
     gl_program_set_u(program, "u_layers", (uint32_t)traced->window.layer_count);
 }
 
-/* program: COVER, whose groups take a span each, or COVER_SMALL, whose invocations take a face. */
-static bool cover(const struct light_pass *pass, enum program which, uint32_t count,
+/* program: PROGRAM_COVER, whose groups take a span each, or PROGRAM_COVER_SMALL, whose invocations
+ * take a face. */
+static bool cover(const struct light_pass *pass, enum volume_program which, uint32_t count,
                   struct error *err)
 {
     const struct gl_program *program = use(pass, which, err);
     if (!program)
         return false;
     bind_geometry(pass, program);
-    if (which == COVER_SMALL)
+    if (which == PROGRAM_COVER_SMALL)
         gl_buffer_bind_storage(&pass->volumes->buffers[BUFFER_SMALL], BIND_VOLUME_SPANS);
     bind_pixels(pass, program);
     gl_program_set_u(program, "u_spans", count);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    window_dispatch_items(which == COVER ? (uint64_t)count * 64 : count);
+    window_dispatch_items(which == PROGRAM_COVER ? (uint64_t)count * 64 : count);
     return true;
 }
 
@@ -496,8 +342,8 @@ static bool cross_faces(const struct light_pass *pass, struct error *err)
         }
         if (found.spans > volumes->most_spans)
             volumes->most_spans = found.spans;
-        if ((found.spans && !cover(pass, COVER, found.spans, err)) ||
-            (found.small && !cover(pass, COVER_SMALL, found.small, err)))
+        if ((found.spans && !cover(pass, PROGRAM_COVER, found.spans, err)) ||
+            (found.small && !cover(pass, PROGRAM_COVER_SMALL, found.small, err)))
             return false;
         first = end;
     }
@@ -511,7 +357,7 @@ static bool draw_faces(const struct light_pass *pass, struct error *err)
     struct volumes *volumes = pass->volumes;
     uint64_t faces = pass->edges + volumes->casters.triangle_count;
     uint64_t pixels = (uint64_t)frame->window.width * (uint32_t)frame->window.height;
-    const struct gl_program *program = use(pass, FACES_OF_LIGHT, err);
+    const struct gl_program *program = use(pass, PROGRAM_FACES_OF_LIGHT, err);
     if (!program ||
         !volume_drawing_reserve(&volumes->drawing, frame->window.width, frame->window.height, err))
         return false;
@@ -519,7 +365,7 @@ static bool draw_faces(const struct light_pass *pass, struct error *err)
     gl_program_set_u2(program, "u_faces", 0, (uint32_t)faces);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     window_dispatch_items(faces);
-    program = use(pass, DRAW, err);
+    program = use(pass, PROGRAM_DRAW, err);
     if (!program)
         return false;
     bind_geometry(pass, program);
@@ -530,13 +376,10 @@ static bool draw_faces(const struct light_pass *pass, struct error *err)
     return true;
 }
 
-static bool draw_quads(const struct light_pass *pass, enum program which, struct error *err)
+static bool draw_quads(const struct light_pass *pass, enum volume_program which, struct error *err)
 {
     struct volumes *volumes = pass->volumes;
     const struct volume_casters *casters = &volumes->casters;
-    bool is_of_edges =
-        which == QUADS_OF_EDGES || which == PATCHES_OF_EDGES || which == STENCIL_OF_EDGES;
-    bool is_tessellated = which >= PATCHES_OF_EDGES && which <= PATCHES_OF_ALL;
     const struct gl_program *program = use(pass, which, err);
     if (!program)
         return false;
@@ -547,17 +390,18 @@ static bool draw_quads(const struct light_pass *pass, enum program which, struct
     gl_program_set_u(program, "u_turn", pass->turn);
     gl_program_set_u(program, "u_slot", pass->slot);
     window_set_view_ray(pass->chunk->frame, program);
-    volume_drawing_add_counts(is_tessellated, is_of_edges
-                                                  ? casters->edge_count + casters->part_count
-                                                  : casters->triangle_count);
+    volume_drawing_add_counts(volume_program_is_tessellated(which),
+                              volume_program_is_of_edges(which)
+                                  ? casters->edge_count + casters->part_count
+                                  : casters->triangle_count);
     return true;
 }
 
 static bool draw_all_quads(const struct light_pass *pass, struct error *err)
 {
-    const enum program *programs = drawing_programs[pass->volumes->drawn_by];
+    const enum volume_program *programs = volume_programs_drawing(pass->volumes->drawn_by);
     return draw_quads(pass, programs[0], err) &&
-           (programs[1] == PROGRAMS || draw_quads(pass, programs[1], err));
+           (programs[1] == VOLUME_PROGRAMS || draw_quads(pass, programs[1], err));
 }
 
 /* All faces, by the stages that the form has. */
@@ -578,7 +422,7 @@ static bool add_stencil(const struct light_pass *pass, uint32_t way, struct erro
 {
     const struct volumes *volumes = pass->volumes;
     const struct window_frame *frame = pass->chunk->frame;
-    const struct gl_program *program = use(pass, TALLY, err);
+    const struct gl_program *program = use(pass, PROGRAM_TALLY, err);
     if (!program)
         return false;
     bind_pixels(pass, program);
@@ -648,7 +492,7 @@ static bool cross(struct light_pass *pass, struct error *err)
 
 static bool write_filters(const struct light_pass *pass, struct error *err)
 {
-    const struct gl_program *program = use(pass, FILTERS, err);
+    const struct gl_program *program = use(pass, PROGRAM_FILTERS, err);
     if (!program)
         return false;
     bind_points(pass, program);

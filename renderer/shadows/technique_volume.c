@@ -63,8 +63,9 @@ static bool check_blocks(enum view_silhouette_form form, const struct gl_limits 
     enum { BLOCKS = 8 }; /* of shaders/shadows/volume_quads.glsl */
     bool has_geometry =
         form != VIEW_SILHOUETTE_COMPUTE && form != VIEW_SILHOUETTE_TRIANGLES_ONE_PASS;
-    bool is_tessellated = form != VIEW_SILHOUETTE_COMPUTE && form != VIEW_SILHOUETTE_GEOMETRY &&
-                          form != VIEW_SILHOUETTE_STENCIL;
+    bool is_tessellated = form == VIEW_SILHOUETTE_TESSELLATION ||
+                          form == VIEW_SILHOUETTE_TRIANGLES_TWO_PASS ||
+                          form == VIEW_SILHOUETTE_TRIANGLES_ONE_PASS;
     if ((!has_geometry || limits->max_geometry_blocks >= BLOCKS) &&
         (!is_tessellated || limits->max_tessellation_blocks >= BLOCKS))
         return true;

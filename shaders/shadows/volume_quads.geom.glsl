@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: MIT
-// Draws a side face of a shadow volume as many times as it counts, or, IS_CAP, a caster;
-// IS_STENCIL: its back where the way loses one there. Needs: those of volume_quads.glsl; IS_CAP,
-// IS_STENCIL.
+// Draws a side face of a shadow volume as many times as it counts, or, IS_CAP, a caster, or,
+// IS_TRIANGLE, the three sides behind a caster and itself; IS_STENCIL: its back where the way loses
+// one there. Needs: those of volume_quads.glsl; IS_CAP, IS_TRIANGLE, IS_STENCIL.
 #include "shadows/volume_quads.glsl"
 layout(points) in;
+#ifdef IS_TRIANGLE
+layout(triangle_strip, max_vertices = 16) out;
+#else
 layout(triangle_strip, max_vertices = 4u * VOLUME_PATCH_QUADS) out;
+#endif
 in uint v_patch[];
 flat out uvec2 v_told;
 
-void main()
+void emit(drawn_face d)
 {
-#ifdef IS_CAP
-    drawn_face d = drawn_cap(v_patch[0]);
-#else
-    drawn_face d = drawn_edge(v_patch[0]);
-#endif
     for (uint i = 0u; i < d.count; i++) {
         uvec2 told = told_of(d, d.first + i);
         int turned = 0;
@@ -28,4 +27,17 @@ void main()
         }
         EndPrimitive();
     }
+}
+
+void main()
+{
+#if defined(IS_CAP)
+    emit(drawn_cap(v_patch[0]));
+#elif defined(IS_TRIANGLE)
+    for (uint side = 0u; side < 3u; side++)
+        emit(drawn_side_of(v_patch[0], side));
+    emit(drawn_cap(v_patch[0]));
+#else
+    emit(drawn_edge(v_patch[0]));
+#endif
 }

@@ -12,7 +12,7 @@
 #include "tests/support/light_scene.h"
 
 /* Volumes of single triangles, the last two, take too long for more than the first count. */
-enum { WAYS = 9, WAYS_OF_MANY = 6, DEFAULT_WAY = 2, COUNTS = 5, SIDE = 10, RESOLUTION = 2048 };
+enum { WAYS = 10, WAYS_OF_MANY = 6, DEFAULT_WAY = 2, COUNTS = 5, SIDE = 10, RESOLUTION = 2048 };
 
 /* Of a sphere; it has twice as many slices, and 4 n (n - 1) triangles. */
 static const int stack_counts[COUNTS] = {4, 9, 13, 16, 30}, quick_counts[] = {3, 4};
@@ -30,6 +30,7 @@ static const struct way {
     {"silhouette, tessellation", SHADOWS_SILHOUETTE, VIEW_SILHOUETTE_TESSELLATION},
     {"silhouette, triangles-two-pass", SHADOWS_SILHOUETTE, VIEW_SILHOUETTE_TRIANGLES_TWO_PASS},
     {"silhouette, triangles-one-pass", SHADOWS_SILHOUETTE, VIEW_SILHOUETTE_TRIANGLES_ONE_PASS},
+    {"silhouette, triangles-geometry", SHADOWS_SILHOUETTE, VIEW_SILHOUETTE_TRIANGLES_GEOMETRY},
     {"silhouette, stencil", SHADOWS_SILHOUETTE, VIEW_SILHOUETTE_STENCIL},
 };
 

@@ -544,7 +544,7 @@ static void name_tables_end_with_null(void **state)
                                           request_volume_map_name,   request_silhouette_form_name};
     static const int counts[] = {
         8, 5, 3, 3, 4, SHADOWS_COUNT, TRANSPARENCIES_COUNT, 3, 4, REQUEST_OUTPUT_COUNT, 6,
-        2, 3, 2, 2, 6};
+        2, 3, 2, 2, 7};
     for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {
         assert_null(tables[i](-1));
         assert_non_null(tables[i](counts[i] - 1));

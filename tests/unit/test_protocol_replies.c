@@ -622,7 +622,7 @@ static void every_technique_named_is_accepted_by_the_parser(void **state)
             accepted++;
         }
     }
-    assert_int_equal(accepted, SHADOWS_COUNT + TRANSPARENCIES_COUNT + 19);
+    assert_int_equal(accepted, SHADOWS_COUNT + TRANSPARENCIES_COUNT + 20);
     assert_int_equal(json_array_size(json_object_get(json, "formats")), 5);
     assert_int_equal(json_array_size(json_object_get(json, "scene_formats")),
                      1 + 8 * VITRAIL_WITH_ASSIMP + 2 * VITRAIL_WITH_OPENCASCADE +
