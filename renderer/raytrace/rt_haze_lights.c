@@ -12,7 +12,7 @@
 
 enum { BLOCK_COLUMNS = RT_HAZE_BLOCK * RT_HAZE_BLOCK };
 
-static const double GOLDEN = 0.6180339887, PLASTIC = 0.7548776662; /* of sequences of offsets */
+static const double GOLDEN = 0.6180339887, PLASTIC = 0.7548776662; /* of sequences of quarters */
 static const double NEAREST = 1e-9;                                /* [m] from a lamp to a column */
 static const double LEAP_MOST = 1e6; /* [m] into a slice without an end */
 
@@ -280,8 +280,8 @@ static void ask(struct worker *worker, const struct column *c, uint32_t light, i
 {
     const struct rt_light_record *record = &worker->light_set->records[light];
     const struct atmosphere_grid *size = &worker->grid->size;
-    double whole,
-        offset = modf(c->quarter + slice * GOLDEN + light * PLASTIC + worker->grid->offset, &whole);
+    double whole, turn = floor(4 * modf(slice * GOLDEN + light * PLASTIC, &whole));
+    double offset = modf(c->quarter + 0.25 * (turn + worker->grid->offset), &whole);
     struct place place = record->type == SCENE_LIGHT_DIRECTIONAL
                              ? place_directional(worker, c, part, offset)
                              : place_lamp(worker, c, record, part, offset);

@@ -27,7 +27,7 @@ uniform float u_taps;
 uniform uint u_first; // slice of a column, of the dispatch
 uniform uint u_end;
 uniform uvec2 u_size_px;
-uniform float u_atmosphere_offset; // [0, 1): of the points of this round
+uniform float u_atmosphere_offset; // of the points of this round in their quarters, (0, 1)
 #ifdef HAS_LIGHT_PARTS
 uniform uvec2 u_light_part; // not 0: it is the first; it is the last
 #define IS_FIRST_PART (u_light_part.x != 0u)
@@ -45,7 +45,8 @@ const float NEAREST = 1e-6; // [m] from a lamp to the ray
 struct stretch {
     vec3 origin, way;  // view space; unit
     float eye_depth;   // optical, from where the ray begins to the origin
-    float offset;      // [0, 1)
+    float offset;      // of the column's point in it, (0, 1)
+    float turn;        // by which the columns exchange their quarters, any number
 };
 
 uint light_lookups = 0u;
@@ -131,7 +132,8 @@ vec3 scattered_list(light_cursor cursor, stretch s, float begin, float end)
     uint index;
     while (light_list_next(cursor, index)) {
         light_record r = lights[index];
-        float offset = fract(s.offset + float(index) * 0.7548776662);
+        float turn = floor(4.0 * fract(s.turn + float(index) * 0.7548776662));
+        float offset = fract(s.offset + 0.25 * turn);
         if (light_is(r, LIGHT_DIRECTIONAL))
             sum += scattered_directional(r, s, begin, end, offset);
         else
@@ -190,7 +192,8 @@ void main()
         // the four columns around a corner have the four quarters of a slice
         uvec2 parity = uvec2(u_atmosphere_first + ivec2(place)) & 1u;
         float quarter = 0.5 * float(parity.x) + 0.25 * float(parity.x ^ parity.y);
-        s.offset = fract(quarter + float(slice) * 0.6180339887 + u_atmosphere_offset);
+        s.offset = quarter + 0.25 * u_atmosphere_offset;
+        s.turn = float(slice) * 0.6180339887;
         uvec2 pixel = uvec2(clamp(ivec2(floor(at)), ivec2(0), ivec2(u_size_px) - 1));
         sum = scattered(s, pixel, near, far, per_m);
     }

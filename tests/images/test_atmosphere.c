@@ -221,11 +221,43 @@ static void lamps_agree_with_quadrature(void **state)
     rig_scene_finish(&rig, *state);
 }
 
+static const double lamp_px[2] = {107.02, 29.56}; /* where the lamp is seen */
+
+/* Slices are thick against the distance of these columns from the lamp, so that the phase function
+ * differs widely between the points of one. */
+static void columns_beside_a_lamp_have_its_light(void **state)
+{
+    enum { NEAREST = 3, RINGS = 7 };
+    struct rig_scene rig;
+    open_stage(&rig, *state, &(struct stage){.wall_glow = 0});
+    for (int form = 0; form < FORMS; form++) {
+        double found[RINGS] = {0}, expected[RINGS] = {0};
+        struct view view = look(&lamp, 1);
+        view.quality.shadows = forms[form];
+        struct image image = shoot_color(*state, &rig, &view);
+        for (int i = 0; i < 21 * 21; i += 2) {
+            int x = 97 + i % 21, y = 19 + i / 21;
+            double way[3], end = way_of(&view, x, y, wall_z, way);
+            int ring = (int)hypot(x + 0.5 - lamp_px[0], y + 0.5 - lamp_px[1]) - NEAREST;
+            if (ring < 0 || ring >= RINGS)
+                continue;
+            found[ring] += (double)image_pixel_f32(&image, x, y)[1];
+            expected[ring] += lamp_scattered(&view, way, end, 1);
+        }
+        for (int ring = 0; ring < RINGS; ring++)
+            if (!(fabs(found[ring] / expected[ring] - 1) < 0.02))
+                fail_msg("%s, %d pixels from the lamp: %.3f of the light",
+                         shadow_technique_name((int)forms[form]), ring + NEAREST,
+                         found[ring] / expected[ring]);
+        image_finish(&image);
+    }
+    rig_scene_finish(&rig, *state);
+}
+
 /* Around a lamp in the picture the haze glows like one over the distance from it, which rays find
  * sharper than the columns of the grid are: one pixel wide, and two with few slices. */
 static void a_lamp_in_the_haze_glows_sharply(void **state)
 {
-    static const double lamp_px[2] = {107.02, 29.56};
     static const int slices[] = {64, 16};
     struct rig_scene rig;
     open_stage(&rig, *state, &(struct stage){.wall_glow = 0});
@@ -676,6 +708,7 @@ int main(void)
     static const struct CMUnitTest tests[] = {
         cmocka_unit_test(even_haze_under_a_sun_is_exact),
         cmocka_unit_test(lamps_agree_with_quadrature),
+        cmocka_unit_test(columns_beside_a_lamp_have_its_light),
         cmocka_unit_test(a_lamp_in_the_haze_glows_sharply),
         cmocka_unit_test(what_is_behind_is_dimmed),
         cmocka_unit_test(lamps_are_dimmed_on_their_way),
