@@ -20,7 +20,7 @@ static const double HALF_M = 10; /* of the floor */
 enum { ONE_SAMPLE, FOUR_SAMPLES, BARE, VARIANTS };
 
 struct traced_case {
-    const char *name;
+    const char *scene, *name;
     int panes, spheres, quads; /* blended; opaque; blended, at random */
     size_t spots;
     bool has_boxes, has_columns;
@@ -28,16 +28,16 @@ struct traced_case {
 };
 
 static const struct traced_case cases[] = {
-    {"five panes, 1 spot", 5, 0, 0, 1, false, false, 1.3},
-    {"3000 boxes, 50 spots", 0, 0, 0, 50, true, false, 1.3},
-    {"3000 boxes, 100 spots", 0, 0, 0, 100, true, false, 0.4},
-    {"3000 boxes, 250 spots", 0, 0, 0, 250, true, false, 0.4},
-    {"1000 spheres, 1 spot", 0, 1000, 0, 1, false, false, 1.3},
-    {"1000 spheres, 500 quads, 1 spot", 0, 1000, 500, 1, false, false, 1.3},
-    {"1000 spheres, 2000 quads, 1 spot", 0, 1000, 2000, 1, false, false, 1.3},
-    {"colonnade, 5 spots", 0, 0, 0, 5, false, true, 1.3},
-    {"colonnade, 15 spots", 0, 0, 0, 15, false, true, 1.3},
-    {"colonnade, 25 spots", 0, 0, 0, 25, false, true, 1.3},
+    {"panes", "five panes, 1 spot", 5, 0, 0, 1, false, false, 1.3},
+    {"boxes", "3000 boxes, 50 spots", 0, 0, 0, 50, true, false, 1.3},
+    {"boxes", "3000 boxes, 100 spots", 0, 0, 0, 100, true, false, 0.4},
+    {"boxes", "3000 boxes, 250 spots", 0, 0, 0, 250, true, false, 0.4},
+    {"spheres", "1000 spheres, 1 spot", 0, 1000, 0, 1, false, false, 1.3},
+    {"quads", "1000 spheres, 500 quads, 1 spot", 0, 1000, 500, 1, false, false, 1.3},
+    {"quads", "1000 spheres, 2000 quads, 1 spot", 0, 1000, 2000, 1, false, false, 1.3},
+    {"colonnade", "colonnade, 5 spots", 0, 0, 0, 5, false, true, 1.3},
+    {"colonnade", "colonnade, 15 spots", 0, 0, 0, 15, false, true, 1.3},
+    {"colonnade", "colonnade, 25 spots", 0, 0, 0, 25, false, true, 1.3},
 };
 
 static int add_material(struct glb_builder *builder, uint64_t *state, double alpha)
@@ -202,13 +202,13 @@ static void tell(struct bench *bench, const struct traced_case *one,
     double median[VARIANTS];
     for (int i = 0; i < VARIANTS; i++) {
         median[i] = samples_summary(&ms[i]).median;
-        bench_check(bench, &(struct check){.scene = "traced",
+        bench_check(bench, &(struct check){.scene = one->scene,
                                            .subject = one->name,
                                            .name = names[i],
                                            .value = median[i],
                                            .p = NAN});
     }
-    bench_check(bench, &(struct check){.scene = "traced",
+    bench_check(bench, &(struct check){.scene = one->scene,
                                        .subject = one->name,
                                        .name = "cpu 1 sample / bare",
                                        .value = median[ONE_SAMPLE] / median[BARE],
@@ -216,7 +216,7 @@ static void tell(struct bench *bench, const struct traced_case *one,
                                        .bound = one->one_over_bare,
                                        .p = samples_difference_p(&ms[ONE_SAMPLE], &ms[BARE])});
     bench_check(bench,
-                &(struct check){.scene = "traced",
+                &(struct check){.scene = one->scene,
                                 .subject = one->name,
                                 .name = "cpu 4 samples / 1 sample",
                                 .value = median[FOUR_SAMPLES] / median[ONE_SAMPLE],
@@ -237,7 +237,7 @@ static void tell_memory(struct bench *bench, const struct traced_case *one,
     } rows[] = {
         {"MB kept", ours / 1e6}, {"MB kept, bare", bare / 1e6}, {"kept / bare", ours / bare}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
-        bench_check(bench, &(struct check){.scene = "traced",
+        bench_check(bench, &(struct check){.scene = one->scene,
                                            .subject = one->name,
                                            .name = rows[i].name,
                                            .value = rows[i].value,
@@ -282,7 +282,7 @@ bool suite_traced(struct bench *bench, struct error *err)
 {
     const size_t count = sizeof cases / sizeof *cases;
     for (size_t i = 0; i < (bench->options.is_quick ? 1 : count); i++)
-        if (!run_case(bench, &cases[i], err))
+        if (bench_wants_scene(bench, cases[i].scene) && !run_case(bench, &cases[i], err))
             return false;
     return true;
 }
