@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Suite `traced`: wholly ray traced pictures on one core against the bare ray tracer of
- * bare_tracer.h, on scenes that the forecasts were not fitted to and on the demo scene, of which the
- * latter reads no textures; another camera for each picture.
+ * bare_tracer.h, on scenes that the forecasts were not fitted to and on the demo scene, whose
+ * textures the bare one does not read; another camera for each picture.
  */
 #include <math.h>
 #include <stdio.h>
