@@ -12,7 +12,8 @@ the ray-traced reference of 256 samples per pixel; either counts where the reply
 nothing keeps it. --busy: beside a process that keeps a processor busy. Where budgets are asked
 for, every scene has a daemon of its own with an empty state directory, so that nothing is
 compiled; --haze, --smoke: the same scenes with either; --media: scenes of random media
-(random_media.py), each with one error, held against 64 samples first; --quick: one scene, one budget, one error.
+(random_media.py), each with one error, held against 64 samples first; --quick: one scene, one
+budget, one error.
 """
 import argparse
 import json
