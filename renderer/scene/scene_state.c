@@ -14,6 +14,8 @@
 #include "renderer/scene/studio.h"
 #include "renderer/scene/variants.h"
 
+static const double COORDINATE_MAX = 1e12; /* m; as of files (LIMIT_COORDINATE) */
+
 enum state_class material_class(const struct scene_material *material)
 {
     if (material->transmission > 0 || material->alpha_mode == SCENE_BLEND)
@@ -283,6 +285,21 @@ static enum state_bend bend_of(const struct scene_material *m, const struct scen
                                                                            : bend;
 }
 
+/* Of numbers that are no numbers, too. */
+static bool check_bounds(const struct scene_state *state, const struct state_item *item,
+                         struct error *err)
+{
+    for (int k = 0; k < 3; k++)
+        if (!(item->bounds_min[k] <= item->bounds_max[k] &&
+              item->bounds_min[k] >= -COORDINATE_MAX && item->bounds_max[k] <= COORDINATE_MAX))
+            return error_set(
+                err, ERROR_INVALID_REQUEST,
+                "node '%.80s' is where matrices, animations and parts put it more than "
+                "%g m from the origin",
+                state->scene->strings + state->scene->nodes[item->node].name, COORDINATE_MAX);
+    return true;
+}
+
 /* deformed: 1 + its index, or 0. */
 static void fill_item(const struct scene_state *state, uint32_t node, uint32_t primitive,
                       uint32_t deformed, struct state_item *item)
@@ -357,6 +374,8 @@ static bool list_items(struct scene_state *state, struct error *err)
             struct state_item *item = &state->items[state->item_count++];
             fill_item(state, i, primitive, take_deformed(&state->deforms, &deformed, i, primitive),
                       item);
+            if (!check_bounds(state, item, err))
+                return false;
             state->medium_count += item->is_medium;
             state->open_volume_count += is_open_volume(state, item);
             for (int k = 0; k < 3; k++) {

@@ -554,6 +554,83 @@ static void filters_without_counters_are_refused_where_stages_draw(void **state)
     closed_form_scene_finish(&scene);
 }
 
+/* A file with such a vertex is refused before a technique sees it, by the vertex. */
+static void expect_refused_file(struct renderer *renderer, const struct closed_form_scene *scene,
+                                const float *vertex, float value)
+{
+    unsigned char *glb = malloc(scene->size_bytes), *at;
+    struct rig_scene rig = {0};
+    struct error err = {0};
+    assert_non_null(glb);
+    memcpy(glb, scene->glb, scene->size_bytes);
+    at = memmem(glb, scene->size_bytes, vertex, 3 * sizeof *vertex);
+    assert_non_null(at);
+    memcpy(at + sizeof value, &value, sizeof value);
+    assert_false(rig_scene_from_glb(&rig, renderer, "no number", glb, scene->size_bytes, &err));
+    assert_int_equal(err.code, ERROR_INVALID_SCENE);
+    assert_non_null(strstr(err.message, "element 1 is not finite"));
+    rig_scene_finish(&rig, renderer);
+    free(glb);
+}
+
+/* Files, matrices of requests, and what these make of vertices. */
+static void positions_that_are_no_numbers_are_refused(void **state)
+{
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    struct soup soup = {.count = 0};
+    const double second[3] = {0.6, 1.2, -0.1};
+    const float vertex[3] = {0.6f, 1.2f, -0.1f}, bad[] = {NAN, INFINITY, -INFINITY};
+    add(&soup, 0, (double[]){-0.5, 1, -0.4}, second, (double[]){0, 0.9, 0.6});
+    build(&soup, &scene);
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+        expect_refused_file(*state, &scene, vertex, bad[i]);
+
+    static const struct {
+        double scale;
+        enum error_code code; /* ERROR_NONE: drawn */
+        const char *text;
+    } matrices[] = {{NAN, ERROR_INVALID_REQUEST, "matrix of node 'Soup' is not finite"},
+                    {INFINITY, ERROR_INVALID_REQUEST, "matrix of node 'Soup' is not finite"},
+                    {1e300, ERROR_INVALID_REQUEST, "node 'Soup' is"},
+                    {-1e13, ERROR_INVALID_REQUEST, "more than 1e+12 m from the origin"},
+                    {1.5e12, ERROR_NONE, ""}};
+    struct view_light light = lights[0];
+    struct view view = {.width_px = SIDE_PX,
+                        .height_px = SIDE_PX,
+                        .outputs = 1u << VIEW_OUTPUT_COLOR,
+                        .camera = cameras[1],
+                        .lights = &light,
+                        .light_count = 1,
+                        .ignore_scene_lights = true,
+                        .node_override_count = 1,
+                        .quality = {.samples = 1}};
+    view.camera.kind = VIEW_CAMERA_LOOK_AT;
+    light.intensity = 40;
+    light.color[0] = light.color[1] = light.color[2] = 1;
+    rig_scene_open(&rig, *state, "numbers", scene.glb, scene.size_bytes);
+    for (size_t i = 0; i < TECHNIQUES * sizeof matrices / sizeof *matrices; i++) {
+        size_t m = i / TECHNIQUES;
+        struct view_node_override moved = {.node = "Soup", .has_matrix = true};
+        struct frame frame = {0};
+        struct error err = {0};
+        mat4_identity(moved.matrix);
+        moved.matrix[0] = matrices[m].scale;
+        view.nodes = &moved;
+        view.quality.shadows = techniques[i % TECHNIQUES].shadows;
+        bool is_drawn = renderer_render(*state, rig.key, &view, &frame, &err);
+        assert_int_equal(err.code, matrices[m].code);
+        assert_true(is_drawn ? matrices[m].code == ERROR_NONE
+                             : strstr(err.message, matrices[m].text) != NULL);
+        for (int p = 0; is_drawn && p < SIDE_PX * SIDE_PX; p++)
+            assert_true(isfinite((double)image_pixel_f32(&frame.outputs[VIEW_OUTPUT_COLOR],
+                                                         p % SIDE_PX, p / SIDE_PX)[0]));
+        frame_finish(&frame);
+    }
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
 static struct view view_from_beside(const struct view_light *light)
 {
     struct view view = {.width_px = SIDE_PX,
@@ -621,6 +698,7 @@ int main(void)
         cmocka_unit_test(a_grid_of_spheres_has_no_cracks),
         cmocka_unit_test(a_triangle_in_the_plane_of_the_light_casts_none),
         cmocka_unit_test(a_soup_of_triangles_is_exact),
+        cmocka_unit_test(positions_that_are_no_numbers_are_refused),
         cmocka_unit_test(a_stencil_counts_as_far_as_it_can),
         cmocka_unit_test(filters_without_counters_are_refused_where_stages_draw),
     };

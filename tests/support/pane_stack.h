@@ -19,7 +19,6 @@ struct pane {
 
 struct pane_shot {
     enum transparency transparency;
-    enum shadow_technique shadows;
     int side_px, samples;
     bool faithful, is_perspective;
     double haze;
