@@ -54,12 +54,13 @@ const struct device_costs forecast_costs = {
     .point_level = 8.8,
     .layer_point_ray = 1310,
     .point_walk = 60,
-    .area_triangle = 1500,
-    .area_point = 600,
-    .area_asked = 120,
+    .area_triangle = 1370,
+    .area_point = 260,
+    .area_asked = 6,
     .built_triangle = 281,
-    .volume_point = 850,
-    .volume_triangle = 2700,
+    .volume_point = 76,
+    .volume_triangle = 510,
+    .volume_crossed = 5.2,
     .haze_slice = 110,
     .haze_ray = 11,
     .grid_point = 527,
@@ -344,13 +345,6 @@ void forecast_add_layered_maps(const struct forecast_frame *frame,
     spread(maps, frame->speed->maps, terms);
 }
 
-/* Triangles of one cell, where those of a scene lie a few over each other before a light. */
-static double count_asked(const struct workload *w)
-{
-    const double cells = 1500, over_each_other = 3;
-    return 2 + over_each_other * w->triangles / cells;
-}
-
 void forecast_add_area(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT])
 {
     const struct device_costs *c = &forecast_costs;
@@ -362,7 +356,8 @@ void forecast_add_area(const struct forecast_frame *frame, double terms[FORECAST
         some[FORECAST_TERM_POINTS] =
             MS * (rounds * w->pixels * (c->point_pixel + more * c->msaa_point_pixel) +
                   lights * surfaces * c->area_point);
-        some[FORECAST_TERM_POINT_RAYS] = MS * surfaces * w->lit * c->area_asked * count_asked(w);
+        some[FORECAST_TERM_POINT_RAYS] =
+            MS * surfaces * w->lit * c->area_asked * sqrt(w->triangles);
         some[FORECAST_TERM_MAPS] = MS * rounds * lights * w->triangles * c->area_triangle;
     }
     spread(some, frame->speed->shade, terms);
@@ -382,6 +377,8 @@ void forecast_add_volumes(const struct forecast_frame *frame, double terms[FOREC
     some[FORECAST_TERM_MAPS] +=
         MS * (double)w->shadowed_lights *
         (surfaces * c->volume_point + rounds * w->triangles * c->volume_triangle);
+    some[FORECAST_TERM_POINT_WALKS] +=
+        MS * surfaces * w->listed * c->volume_crossed * sqrt(w->triangles);
     spread(some, frame->speed->maps, terms);
 }
 

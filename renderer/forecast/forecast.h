@@ -95,11 +95,12 @@ struct device_costs {
     double layer_point_ray;               /* transparent surface besides */
     double point_walk;                    /* as walk, besides it */
     /* Grids of triangles: a triangle for a light, a surface for a light, whether it shines there or
-     * not; a triangle that is asked at a surface for a light that does. */
+     * not; at a surface, for a light that does, a root of the triangles, as its cell has some. */
     double area_triangle, area_point, area_asked;
     double built_triangle;
-    double volume_point, volume_triangle; /* shadow volumes: a light at a surface, with the faces
-                                             that its pixel shows; a triangle for a light */
+    /* Shadow volumes: a light at a surface; a triangle for a light; at a surface, for a light of
+     * its list, a root of the triangles, as silhouettes have so many sides before it. */
+    double volume_point, volume_triangle, volume_crossed;
     double haze_slice, haze_ray;  /* a slice of the haze's grid; a ray from it, per doubling of the
                                      triangles. What maps take of its lights is as of surfaces */
     double grid_point, grid_cell; /* a point of a density grid for a light in reach, with its ray; a

@@ -20,9 +20,12 @@
 enum {
     DEFINES_BYTES = 96,
     CELLS_MAX = AREA_FACES * AREA_FACE_SIDE * AREA_FACE_SIDE,
+    SLOTS_MAX = AREA_FACES * 2 * AREA_SLOTS,
+    BIN_PASSES = 3,           /* of area_bin.comp.glsl */
     LOOP_STEPS_BESIDES = 512, /* that a walk of a cell takes, whatever is in it */
 };
 _Static_assert(CELLS_MAX >= AREA_SIDE * AREA_SIDE, "cells of any grid");
+_Static_assert(SLOTS_MAX >= CELLS_MAX, "counts of both");
 
 static uint32_t cells_of(uint32_t kind)
 {
@@ -114,6 +117,11 @@ static void describe_bin(struct program_desc *desc, char defines[DEFINES_BYTES],
              has_lists ? " " : "", has_lists ? lists_define : "");
 }
 
+static void describe_slots(struct program_desc *desc, char defines[DEFINES_BYTES], uint32_t kind)
+{
+    describe(desc, "area_slots.comp.glsl", defines, "AREA_KIND=%u", kind);
+}
+
 static void describe_assign(struct program_desc *desc, char defines[DEFINES_BYTES], int pass,
                             uint32_t kind)
 {
@@ -165,9 +173,13 @@ static void list_kind(const struct area_listing *listing, uint32_t kind, bool is
 {
     struct program_desc desc;
     char defines[DEFINES_BYTES];
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < BIN_PASSES; i++) {
         describe_bin(&desc, defines, i, kind, !is_eye);
         program_list_add(list, pass, &desc, true);
+    }
+    describe_slots(&desc, defines, kind);
+    program_list_add(list, pass, &desc, true);
+    for (int i = 0; i < 2; i++) {
         describe_assign(&desc, defines, i, kind);
         program_list_add(list, pass, &desc, true);
     }
@@ -277,7 +289,7 @@ static bool reserve_all(struct area_grid *grid, const struct area_grid_desc *des
 {
     const uint64_t points = desc->points.count;
     return reserve(&grid->cells, "shadow.area.cells", (AREA_HEAD_WORDS + CELLS_MAX) * 4ull, err) &&
-           reserve(&grid->counts, "shadow.area.counts", CELLS_MAX * 4ull, err) &&
+           reserve(&grid->counts, "shadow.area.counts", SLOTS_MAX * 4ull, err) &&
            reserve(&grid->firsts, "shadow.area.firsts", (CELLS_MAX + 1) * 4ull, err) &&
            reserve(&grid->starts, "shadow.area.starts", points * sizeof(struct area_start), err) &&
            reserve(&grid->places, "shadow.area.places", points * 8, err) &&
@@ -308,12 +320,29 @@ static void bind(const struct area_grid *grid, const struct area_grid_desc *desc
 
 /* ---- a grid ---- */
 
+/* Which cell each slot belongs to, once points are counted. */
+static bool divide(const struct area_grid_desc *desc, const struct area_light *light,
+                   struct error *err)
+{
+    struct program_desc text;
+    char defines[DEFINES_BYTES];
+    describe_slots(&text, defines, light->kind);
+    const struct gl_program *program = use(desc, &text, err);
+    if (!program)
+        return false;
+    glDispatchCompute(light->kind == AREA_POINT ? 2 * AREA_FACES : 2, 1, 1);
+    wait_for_writes();
+    return true;
+}
+
 static bool bin(const struct area_grid_desc *desc, const struct area_light *light, bool has_lists,
                 double asides, struct error *err)
 {
     struct program_desc text;
     char defines[DEFINES_BYTES];
-    for (int pass = 0; pass < 2; pass++) {
+    for (int pass = 0; pass < BIN_PASSES; pass++) {
+        if (pass == BIN_PASSES - 1 && !divide(desc, light, err))
+            return false;
         describe_bin(&text, defines, pass, light->kind, has_lists);
         const struct gl_program *program = use(desc, &text, err);
         if (!program)
@@ -437,7 +466,7 @@ static bool run_grid(struct area_grid *grid, const struct area_grid_desc *desc,
     struct area_statistics statistics = {.longest = 0};
     bind(grid, desc);
     gl_buffer_clear_u32(&grid->cells, 0, (AREA_HEAD_WORDS + (uint64_t)cell_count) * 4, UINT32_MAX);
-    gl_buffer_clear_u32(&grid->counts, 0, cell_count * (uint64_t)4, 0);
+    gl_buffer_clear_u32(&grid->counts, 0, SLOTS_MAX * 4ull, 0);
     if (!bin(desc, light, asking->has_lists, asking->asides, err) ||
         !assign(desc, light, 0, all, err) || !scan(grid, desc, cell_count, &statistics, err) ||
         !check_longest(desc, statistics.longest, room, err))

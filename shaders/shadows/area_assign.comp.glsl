@@ -103,10 +103,10 @@ vec2 find_off(vec2 low, vec2 high, float farthest, vec2 aside)
 }
 
 // First and last cell; false: the rectangle is beside all of them.
-bool find_cells(area_box box, vec2 low, vec2 high, out ivec2 first, out ivec2 last)
+bool find_cells(uint face, area_box box, vec2 low, vec2 high, out ivec2 first, out ivec2 last)
 {
-    first = area_cell(clamp(box.low, low, high), low, high);
-    last = area_cell(clamp(box.high, low, high), low, high);
+    first = area_cell(face, clamp(box.low, low, high), low, high);
+    last = area_cell(face, clamp(box.high, low, high), low, high);
     return all(lessThanEqual(box.low, high)) && all(greaterThanEqual(box.high, low));
 }
 
@@ -165,7 +165,7 @@ void assign(area_outline outline, uint face, uint triangle)
         return;
 #endif
     area_box box = find_box(outline, farthest, off);
-    if (box.nearest > farthest || !find_cells(box, low, high, first, last))
+    if (box.nearest > farthest || !find_cells(face, box, low, high, first, last))
         return;
 #if AREA_KIND == AREA_RECTANGLE
     // no farther than the points of these cells: the extrusion correction
@@ -176,7 +176,7 @@ void assign(area_outline outline, uint face, uint triangle)
     if (far == 0xffffffffu || box.nearest > area_unordered(~far))
         return;
     box = find_box(outline, area_unordered(~far), off);
-    if (!find_cells(box, low, high, first, last))
+    if (!find_cells(face, box, low, high, first, last))
         return;
 #endif
     uint near = ~area_ordered(box.nearest);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Points that a light may reach, and the cells that they lie in.
 //   PASS=0  the bounds of all points, and each point's first filter
-//   PASS=1  each point's cell, and the farthest depth in each
+//   PASS=1  how many points each slot has (area_slots.comp.glsl)
+//   PASS=2  each point's cell, and the farthest depth in each
 // Needs: PASS, AREA_KIND; LIGHT_LIST, without which all points have one and the same light.
 #include "shadows/area_grid.glsl"
 layout(local_size_x = 64) in;
@@ -9,6 +10,9 @@ layout(local_size_x = 64) in;
 layout(std430, binding = BIND_TRACED_POINTS) readonly buffer point_buffer {
     shadow_point points[];
 };
+#if PASS == 1
+layout(std430, binding = BIND_AREA_COUNTS) buffer count_buffer { uint counts[]; };
+#endif
 layout(std430, binding = BIND_AREA_STARTS) readonly buffer start_buffer { area_start starts[]; };
 layout(std430, binding = BIND_AREA_PLACES) buffer place_buffer { uvec2 places[]; };
 layout(std430, binding = BIND_AREA_TABLE) readonly buffer table_buffer { uvec2 table[]; };
@@ -100,7 +104,12 @@ void main()
     vec2 low, high, off;
     float farthest;
     bool has_any = area_bounds(face, low, high, farthest, off);
-    uint cell = area_cell_index(face, area_cell(uv, low, high));
+#if PASS == 1
+    uvec2 slot = area_slot(uv, low, high);
+    atomicAdd(counts[area_slots_at(face, 0u) + slot.x], 1u);
+    atomicAdd(counts[area_slots_at(face, 1u) + slot.y], 1u);
+#else
+    uint cell = area_cell_index(face, area_cell(face, uv, low, high));
     vec3 normal = vec3(start.normal_x, start.normal_y, start.normal_z);
     vec3 aside = vec3(dot(normal, u_axis_x), dot(normal, u_axis_y), dot(normal, u_axis_z));
 #if AREA_KIND == AREA_POINT
@@ -109,5 +118,6 @@ void main()
     places[index].x = has_any ? cell : AREA_NOWHERE;
     lower(uint(AREA_HEAD_WORDS) + cell,
           ~area_ordered(depth + u_asides * start.origin_offset.w * abs(aside.z)));
+#endif
 #endif
 }

@@ -6,7 +6,8 @@
 // Needs: AREA_KIND. Provides, for positions relative to the scene's origin:
 //   area_place(position, face, uv, depth)  where a point is projected; false: nothing arrives
 //   area_bounds(face, low, high, farthest, aside)  of all points of a face; false: it has none
-//   area_cell(uv, low, high), area_cell_index  a cell's place among those of the face
+//   area_slot(uv, low, high)  of both axes of a face
+//   area_cell(face, uv, low, high), area_cell_index  a cell's place among those of the face
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
@@ -104,12 +105,25 @@ bool area_bounds(uint face, out vec2 low, out vec2 high, out float farthest, out
     return cells[at] != 0xffffffffu;
 }
 
-ivec2 area_cell(vec2 uv, vec2 low, vec2 high)
+uvec2 area_slot(vec2 uv, vec2 low, vec2 high)
 {
     vec2 size = high - low;
     vec2 share = vec2(size.x > 0.0 ? (uv.x - low.x) / size.x : 0.0,
                       size.y > 0.0 ? (uv.y - low.y) / size.y : 0.0);
-    return clamp(ivec2(floor(share * float(SIDE))), ivec2(0), ivec2(SIDE - 1));
+    return uvec2(clamp(ivec2(floor(share * float(AREA_SLOTS))), ivec2(0), ivec2(AREA_SLOTS - 1)));
+}
+
+// The first slot of an axis of a face.
+uint area_slots_at(uint face, uint axis)
+{
+    return (2u * face + axis) * uint(AREA_SLOTS);
+}
+
+// Once slots have their cells.
+ivec2 area_cell(uint face, vec2 uv, vec2 low, vec2 high)
+{
+    uvec2 at = uvec2(AREA_BOUND_WORDS) + area_slot(uv, low, high);
+    return ivec2(cells[at.x + area_slots_at(face, 0u)], cells[at.y + area_slots_at(face, 1u)]);
 }
 
 uint area_cell_index(uint face, ivec2 cell)

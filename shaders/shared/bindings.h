@@ -50,7 +50,7 @@
 #define BIND_AREA_OWNERS 13   /* u32 per triangle: its caster */
 #define BIND_AREA_CASTERS 2   /* struct area_caster[] */
 #define BIND_AREA_CELLS 3     /* u32: AREA_HEAD_WORDS, then the farthest depth in each cell */
-#define BIND_AREA_COUNTS 4    /* u32 per cell: triangles that have no place yet */
+#define BIND_AREA_COUNTS 4    /* u32 per slot: points; then per cell: triangles without a place */
 #define BIND_AREA_FIRSTS 5    /* u32 per cell, and one: its first pair */
 #define BIND_AREA_STARTS 6    /* struct area_start[], per point */
 #define BIND_AREA_PLACES 7    /* uvec2 per point: its cell, its first filter */

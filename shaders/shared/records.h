@@ -281,7 +281,11 @@ LAYOUT_SIZE(shadow_point, 32)
 #define AREA_FACE_SIDE 64 /* likewise of each of the six faces around a point */
 #define AREA_FACES 6
 #define AREA_FACE_WORDS 7 /* of a face: bounds, farthest depth, how far rays may start aside */
-#define AREA_HEAD_WORDS (AREA_FACES * AREA_FACE_WORDS)
+#define AREA_SLOTS 4096   /* even parts of an axis of a face, which belong to cells */
+#define AREA_BOUND_WORDS (AREA_FACES * AREA_FACE_WORDS)
+#define AREA_HEAD_WORDS                                                      \
+    (AREA_BOUND_WORDS + AREA_FACES * 2 * AREA_SLOTS) /* bounds, slots' cells \
+                                                      */
 #define AREA_RECTANGLE 0 /* kinds of light: an area on a plane, a point, parallel */
 #define AREA_POINT 1
 #define AREA_PARALLEL 2

@@ -115,6 +115,7 @@ bool suite_environment(struct bench *bench, struct error *err);
 bool suite_smoke(struct bench *bench, struct error *err);
 bool suite_grids(struct bench *bench, struct error *err);
 bool suite_peels(struct bench *bench, struct error *err);
+bool suite_finders(struct bench *bench, struct error *err);
 bool suite_traced(struct bench *bench, struct error *err);
 bool suite_techniques(struct bench *bench, struct error *err);
 bool suite_silhouettes(struct bench *bench, struct error *err);

@@ -34,6 +34,7 @@ static const struct suite suites[] = {
     {"smoke", "haze in the scene's own lights by each technique, and its error", suite_smoke},
     {"grids", "what smoke adds to frames against its forecast", suite_grids},
     {"peels", "what peeled layers and layered shadow maps take against forecasts", suite_peels},
+    {"finders", "what shadow volumes and grids of triangles take against forecasts", suite_finders},
     {"traced", "ray traced pictures against a bare ray tracer on Embree", suite_traced},
     {"techniques", "each shadow technique against the number of translucent quads",
      suite_techniques},
@@ -67,7 +68,7 @@ static const char usage[] =
     "  --quick         the smallest cases, to see that everything runs\n"
     "  --size WxH      size of the image, or number of lookups (the suite's own)\n"
     "  --scene NAME    only this scene: demo, sponza, panes, quads,\n"
-    "                  assembly, foliage, boxes, spheres, colonnade\n"
+    "                  assembly, foliage\n"
     "  --pictures      save a picture of each variant below images/ of the build folder\n";
 
 static bool read_number(const char *text, double low, double high, double *value)

@@ -8,14 +8,13 @@
 #include <string.h>
 
 #include "renderer/cost/technique_forecast.h"
-#include "renderer/cost/workload.h"
 #include "renderer/frame/calibrate.h"
-#include "tests/bench/frames.h"
+#include "tests/bench/forecasts.h"
 #include "tests/bench/scenes.h"
 #include "tests/support/closed_form_scenes.h"
 #include "tests/support/generated_scene.h"
 
-enum { SEEDS = 12, SEEDS_QUICK = 1, SEED_OF_FIT = 2000, TIMED = 2, LIGHTS = 2, PANE_SEEDS = 8 };
+enum { SEEDS = 12, SEEDS_QUICK = 1, SEED_OF_FIT = 2000, LIGHTS = 2, PANE_SEEDS = 8 };
 
 static const struct variant {
     const char *name;
@@ -30,37 +29,6 @@ static const struct variant {
     {"composited", SHADOWS_COMPOSITED, TRANSPARENCY_LISTS, true},
 };
 enum { VARIANTS = sizeof variants / sizeof *variants };
-
-static bool count_work(const struct rig_scene *rig, const struct view *view,
-                       struct workload *workload, struct error *err)
-{
-    struct scene_state state = {0};
-    struct camera camera;
-    bool ok = scene_state_init(&state, &rig->imported.scene, view, err) &&
-              camera_resolve(&camera, view, &state, err) &&
-              workload_measure(
-                  workload,
-                  &(struct workload_desc){.view = view, .state = &state, .camera = &camera}, err);
-    scene_state_finish(&state);
-    return ok;
-}
-
-/* The least of the frames after the first, which compiles. */
-static bool time_view(struct bench *bench, const struct rig_scene *rig, struct view view,
-                      bool is_cold, double *least_ms, struct frame_report *report,
-                      struct error *err)
-{
-    *least_ms = INFINITY;
-    for (int frame = -1; frame < TIMED; frame++) {
-        struct frame_times times;
-        if (!frame_measure(bench_renderer(bench), rig, &view, is_cold, &times, report, err))
-            return false;
-        if (frame >= 0)
-            *least_ms = fmin(*least_ms, calibrate_alone_ms(times.wall_ms, times.cpu_ms,
-                                                           bench->info.is_software));
-    }
-    return true;
-}
 
 static void tell(struct bench *bench, const char *name, const struct variant *variant,
                  const struct view *view, const struct workload *w,
@@ -102,8 +70,8 @@ static bool run_variant(struct bench *bench, const char *name, const struct rig_
                                              .shadow_taps = 4,
                                              .has_shadows = variant->shadows != SHADOWS_NONE,
                                              .is_warm = !variant->is_cold};
-    if (!count_work(rig, &view, &workload, err) ||
-        !time_view(bench, rig, view, variant->is_cold, &took_ms, &report, err))
+    if (!forecasts_count_work(rig, &view, &workload, err) ||
+        !forecasts_time_view(bench, rig, &view, variant->is_cold, &took_ms, &report, err))
         return false;
     double forecast_ms = technique_forecast_ms(
         variant->shadows, &(struct forecast_frame){&workload, &setting, speed});
@@ -120,7 +88,7 @@ static bool run_variants(struct bench *bench, const char *name, const struct rig
         double ratio;
         if (!run_variant(bench, name, rig, view, &variants[i], speed, &ratio, err))
             return false;
-        samples_add(&off[i], exp(fabs(log(ratio))));
+        samples_add(&off[i], forecasts_off(ratio));
     }
     return true;
 }

@@ -71,9 +71,9 @@ class CommandLine(unittest.TestCase):
         names = [line.split()[0] for line in run("list").stdout.splitlines()]
         self.assertEqual(["lights", "deep", "both", "layers", "demo", "draws", "raytrace",
                           "foliage", "forecast", "auto", "linear", "standing", "ahead",
-                          "environment", "smoke", "grids", "peels", "traced", "techniques",
-                          "silhouettes", "area", "skin", "import", "targets", "scaling", "promises",
-                          "farm", "live"], names)
+                          "environment", "smoke", "grids", "peels", "finders", "traced",
+                          "techniques", "silhouettes", "area", "skin", "import", "targets",
+                          "scaling", "promises", "farm", "live"], names)
 
     def test_the_import_states_speed_and_memory_beside_the_decoders(self):
         done = measure("import")

@@ -187,6 +187,48 @@ static void parts_of_a_grid_find_the_same(void **unused)
     area_stage_finish(&stage);
 }
 
+static uint32_t most_points_in_a_cell(const struct area_stage *stage,
+                                      const struct area_answer *answer)
+{
+    uint32_t most = 0, cells = AREA_FACES * AREA_FACE_SIDE * AREA_FACE_SIDE;
+    uint32_t *counts = calloc(cells, sizeof *counts);
+    assert_non_null(counts);
+    for (uint32_t p = 0; p < stage->point_count; p++) {
+        uint32_t cell = answer->places[p][0];
+        if (cell != AREA_NOWHERE && ++counts[cell] > most)
+            most = counts[cell];
+    }
+    free(counts);
+    return most;
+}
+
+/* Some places of a wide floor stretch the grid: the others would lie in a cell or two of even ones.
+ */
+static void cells_are_finer_where_points_are_many(void **unused)
+{
+    (void)unused;
+    static const enum scene_light_type types[] = {SCENE_LIGHT_RECT, SCENE_LIGHT_POINT,
+                                                  SCENE_LIGHT_DIRECTIONAL};
+    for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
+        bool is_area = types[i] == SCENE_LIGHT_RECT;
+        struct area_stage stage = {.light = area_stage_light(types[i], 3, is_area ? 0.5 : 0),
+                                   .samples = is_area ? 16 : 1};
+        add_random(&stage, 200, 2, 31 + i);
+        area_stage_scatter(&stage, 600, 2, 41 + i);
+        for (int p = 0; p < 12; p++)
+            for (int c = 0; c < 3; c += 2)
+                stage.points[p][c] *= types[i] == SCENE_LIGHT_POINT ? 30 : 200;
+        struct area_answer answer = area_stage_must_ask(&rig, &stage);
+        uint32_t most = most_points_in_a_cell(&stage, &answer);
+        print_message("at most %u of %u points in a cell\n", most, stage.point_count);
+        assert_in_range(most, 1, stage.point_count / 10);
+        expect_blockers_in_cells(&stage, &answer);
+        expect_products(&stage, &answer);
+        area_answer_finish(&answer);
+        area_stage_finish(&stage);
+    }
+}
+
 /* Two triangles of a pane: light through their common edge, and through the corners that they share
  * with the neighbours, is filtered once. */
 static void shared_edges_filter_once(void **unused)
@@ -390,6 +432,7 @@ int main(void)
         cmocka_unit_test(rectangles_and_disks),
         cmocka_unit_test(points_and_suns),
         cmocka_unit_test(parts_of_a_grid_find_the_same),
+        cmocka_unit_test(cells_are_finer_where_points_are_many),
         cmocka_unit_test(shared_edges_filter_once),
         cmocka_unit_test(edges_cast_penumbrae),
         cmocka_unit_test(what_is_beside_blocks_nothing),
