@@ -103,6 +103,17 @@ void report_add_reused(struct frame_report *report, const char *what)
         snprintf(report->reused[report->reused_count++], REPORT_NAME_BYTES, "%s", what);
 }
 
+void report_add_partitions(struct frame_report *report, const struct report_partitions *added)
+{
+    struct report_partitions *all = &report->partitions;
+    all->lights += added->lights;
+    all->merged += added->merged;
+    all->crossed += added->crossed;
+    all->most = added->most > all->most ? added->most : all->most;
+    all->most_crossed =
+        added->most_crossed > all->most_crossed ? added->most_crossed : all->most_crossed;
+}
+
 void report_warn(struct frame_report *report, const char *format, ...)
 {
     char text[REPORT_TEXT_BYTES];

@@ -40,6 +40,12 @@ struct report_bytes {
     uint64_t bytes;
 };
 
+/* Of lights whose transparent meshes are divided into partitions. */
+struct report_partitions {
+    size_t lights, merged, crossed; /* of these: with too many, and with meshes that cross */
+    uint32_t most, most_crossed;    /* partitions that a light wants; meshes of one that cross */
+};
+
 struct frame_report {
     struct report_pass passes[REPORT_PASSES_MAX];
     int pass_count;
@@ -64,6 +70,7 @@ struct frame_report {
         enum shadow_technique shadows;   /* `map` where no light has a transparent caster */
         double expected_ms;              /* 0: not known */
     } chosen;
+    struct report_partitions partitions;
     char environment[65]; /* key of the map that lights; "": none */
     bool has_layers;      /* transparent surfaces are in view, */
     unsigned layer_needs; /* of whose method this is asked: enum transparency_can */
@@ -86,6 +93,8 @@ void report_add_bytes(struct frame_report *report, const char *structure, uint64
  * makes no entry. */
 void report_raise_bytes(struct frame_report *report, const char *structure, uint64_t bytes);
 void report_add_reused(struct frame_report *report, const char *what);
+/* Adds those of further lights. */
+void report_add_partitions(struct frame_report *report, const struct report_partitions *added);
 void report_warn(struct frame_report *report, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 

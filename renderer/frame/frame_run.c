@@ -286,7 +286,6 @@ static bool begin_rasterised(const struct frame_run *run, struct error *err)
     struct renderer *renderer = context->renderer;
     if (!draw_arena_begin(context->arena, run->state, err))
         return false;
-    frame_warn(run);
     bool has_color = frame_run_needs(run, PLAN_NEED_COLOR);
     bool are_summed = run->view->outputs & 1u << VIEW_OUTPUT_OPTICAL_DEPTH;
     if ((has_color || are_summed) && !prepare_grids(run, err))
@@ -370,6 +369,7 @@ static bool run_steps(const struct frame_run *run, struct error *err)
     run->frame->report.layer_needs = plan->layer_needs;
     if (frame_run_needs(run, PLAN_NEED_COLOR))
         run->frame->report.counts.rounds = (uint64_t)plan->rounds;
+    frame_warn(run);
     if (frame_run_is_rasterised(run) && (!begin_rasterised(run, err) || !count_ahead(run, err)))
         return false;
     if (!walk_frame(run, err))

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Sentences on what a rasterised picture approximates or leaves out. */
+/* Sentences on what a picture approximates or leaves out. */
 #include "renderer/frame/frame_warnings.h"
 
 #include <string.h>

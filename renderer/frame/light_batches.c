@@ -155,6 +155,7 @@ static void add_report(const struct frame_report *part, bool is_first_window,
         report_add_reused(report, part->reused[i]);
     for (int i = 0; i < part->warning_count; i++)
         report_warn(report, "%s", part->warnings[i]);
+    report_add_partitions(report, &part->partitions);
 }
 
 /* Builds the structures of the lights from batch->first on, of fewer lights until they fit. */
@@ -227,6 +228,7 @@ static void restore_report(struct frame_report *report, const struct frame_repor
     report->byte_count = before->byte_count;
     report->reused_count = before->reused_count;
     report->warning_count = before->warning_count;
+    report->partitions = before->partitions;
 }
 
 /* Lights the window with the lights from batch->first on. Must_restart: with fewer structures at
@@ -288,6 +290,7 @@ static bool run_batches(struct batch *batch, const struct frame_run *run,
     }
     if (is_first_window) {
         report->counts.light_batches = count;
+        shadow_system_warn(report);
         report_warn(report,
                     "the shadows of %llu lights exceed their budget of %llu bytes together: made "
                     "and used in %llu batches",

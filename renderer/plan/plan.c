@@ -160,6 +160,8 @@ static bool require_geometry(struct frame_plan *made, const struct frame_plan_de
     if (is_drawn &&
         !(desc->sees_all ? geometry_take_all : geometry_cull)(&frame, &made->items, err))
         return false;
+    for (size_t i = 0; i < desc->state->item_count; i++)
+        plan->has_layers |= desc->state->items[i].class_ == STATE_TRANSPARENT;
     plan->opaque_items = items->opaque_count;
     plan->transparent_items = items->transparent_count + items->medium_count;
     set_need(plan, PLAN_NEED_SURFACES, is_drawn, "%zu of %zu drawables are opaque and in view",

@@ -81,6 +81,7 @@ struct plan {
     int target_samples; /* per pixel, of the rasterised targets */
     int rounds;         /* of these, of the colour: renderer/base/sample_pattern.h */
     size_t opaque_items, transparent_items;    /* in view */
+    bool has_layers;                           /* of the scene, something is transparent */
     size_t bending_items;                      /* of the latter: MATERIAL_BENDS */
     size_t lights_by_technique[SHADOWS_COUNT]; /* those with a shadow, by that of each */
     size_t traced_lights;                      /* of these: shadowed by rays */

@@ -5,6 +5,16 @@
 #include "protocol/transparency.h"
 #include "renderer/transparency/method.h"
 
+/* Rays go through what is transparent in its order, whatever method was named. */
+static void warn_of_rays(const struct plan *plan, int asked, struct frame_report *report)
+{
+    if (plan->requirements[PLAN_NEED_TRACED].is_met && plan->has_layers &&
+        asked != TRANSPARENCY_AUTO && asked != TRANSPARENCY_LISTS)
+        report_warn(report,
+                    "transparency %s does not go with ray traced pictures: rays take its place",
+                    transparency_name(asked));
+}
+
 static void warn_of_transparency(const struct plan *plan, int asked, struct frame_report *report)
 {
     for (int bit = 0; transparency_can_name(bit); bit++)
@@ -30,6 +40,7 @@ static void warn_of_refraction(const struct plan *plan, struct frame_report *rep
 
 void plan_warn(const struct plan *plan, int asked, struct frame_report *report)
 {
+    warn_of_rays(plan, asked, report);
     warn_of_transparency(plan, asked, report);
     if (!plan->requirements[PLAN_NEED_COLOR].is_met)
         return;

@@ -83,7 +83,7 @@ MUST_CHECK bool raytrace_shadows_see(struct raytrace_shadows *shadows,
  * shadows of all lights, as renderer/raytrace/rt_haze_grid.h finds it. */
 struct raytrace_shadow_haze {
     const struct atmosphere_grid *size; /* required */
-    double offset;                      /* of points in their slices, [0, 1): of a round */
+    double offset;                      /* of points in their quarters, (0, 1): of a round */
     float *lights; /* out, the caller's to free: slice by slice, row by row from below, 3 channels
                     */
 };

@@ -41,9 +41,10 @@ static bool gather_lane(const struct rt_mesh *mesh, const struct rt_fragment *fr
                         struct rt_wide *wide, int i)
 {
     const uint32_t *triangle = mesh->triangles + 3 * (size_t)fragment->hit.triangle;
-    double corners[3][3];
+    double room[3][3];
+    const double *corners[3];
     bool is_flat = true;
-    rt_mesh_corners(mesh, fragment->hit.triangle, corners);
+    rt_mesh_corners(mesh, fragment->hit.triangle, room, corners);
     for (int c = 0; c < 3; c++) {
         const float *normal = mesh->normals + 3 * (size_t)triangle[c];
         for (int k = 0; k < 3; k++) {

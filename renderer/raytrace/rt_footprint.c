@@ -14,8 +14,9 @@ void rt_footprint_find(const struct rt_scene *scene, const struct rt_hit *hit,
                        struct rt_footprint *footprint)
 {
     const struct rt_mesh *mesh = &scene->meshes[hit->mesh];
-    double at[3][3], e1[3], e2[3], normal[3], across[2][3];
-    rt_mesh_corners(mesh, hit->triangle, at);
+    double room[3][3], e1[3], e2[3], normal[3], across[2][3];
+    const double *at[3];
+    rt_mesh_corners(mesh, hit->triangle, room, at);
     vec3_sub(at[1], at[0], e1);
     vec3_sub(at[2], at[0], e2);
     vec3_cross(e1, e2, normal);

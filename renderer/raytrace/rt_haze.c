@@ -7,6 +7,7 @@
 #include "protocol/quality_defaults.h"
 #include "renderer/base/matrix.h"
 #include "renderer/environment/environment.h"
+#include "renderer/raytrace/rt_lamp_span.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/scene/atmosphere.h"
 
@@ -139,10 +140,11 @@ static struct place place_directional(const struct stretch *s, double x)
     return (struct place){-log1p(-x * all) / s->fall, all / (s->fall * (1 - x * all))};
 }
 
-/* How a lamp sees the stretch: the angles of its ends, from the perpendicular on. */
+/* How a lamp sees the stretch: the angles of the ends of what it lights, from the perpendicular on.
+ * The whole rule goes to that: the cone of a spot is often a small part of the way. */
 struct lamp_view {
     double nearest_m, apart_m; /* where it is nearest, and how far away there */
-    double first, last;
+    double first, last;        /* not above first: it lights nothing */
 };
 
 static struct lamp_view view_from_lamp(const struct stretch *s, const struct state_light *light)
@@ -155,8 +157,10 @@ static struct lamp_view view_from_lamp(const struct stretch *s, const struct sta
     for (int k = 0; k < 3; k++)
         off[k] = to_light[k] - v.nearest_m * s->direction[k];
     v.apart_m = fmax(vec3_length(off), NEAREST);
-    v.first = atan(-v.nearest_m / v.apart_m);
-    v.last = isfinite(s->length_m) ? atan((s->length_m - v.nearest_m) / v.apart_m) : M_PI_2;
+    const struct rt_span lit = rt_lamp_span(s->lighting->scene, light, s->origin, s->direction);
+    double to_m = fmin(lit.to, s->length_m);
+    v.first = atan((lit.from - v.nearest_m) / v.apart_m);
+    v.last = isfinite(to_m) ? atan((to_m - v.nearest_m) / v.apart_m) : M_PI_2;
     return v;
 }
 
@@ -302,7 +306,8 @@ static void add_light(const struct stretch *s, const struct scatterer *by, size_
     struct rt_light_sample sample = {.count = rt_light_sample_count(light, quality),
                                      .seed = s->lighting->seed + (uint32_t)index};
     struct grid_measure measure;
-    if (by->line && !reaches_line(s, by->line, light, &seen))
+    if (by->line ? !reaches_line(s, by->line, light, &seen)
+                 : !is_directional && !(seen.last > seen.first))
         return;
     if (by->line)
         measure_begin(&measure, s, by->line, is_directional ? NULL : &seen);
@@ -414,6 +419,8 @@ void rt_haze_add_lamp(struct rt_lighting *lighting, const struct rt_haze_way *wa
         return;
     begin(&s, lighting, way, share);
     const struct lamp_view seen = view_from_lamp(&s, lamp);
+    if (!(seen.last > seen.first))
+        return;
     double offset = offset_of(lighting->seed + (uint32_t)light);
     int panels = quality_or(lighting->view->quality.samples, SAMPLES_DEFAULT) >= 4 ? 0 : 1;
     for (int i = 0; i < (panels + 1) * RULE_POINTS; i++) {

@@ -86,7 +86,7 @@ static const struct rt_form reach_form = {.worker_bytes = sizeof(struct looker),
 
 /* ---- sums ---- */
 
-/* The points of the four columns lie at the four quarters of a slice. */
+/* The points of the four columns lie in the four quarters of a slice. */
 static void sum_corner(const float *lights, const int columns[2], int slices, const int corner[2],
                        float *sums)
 {
@@ -198,6 +198,7 @@ bool rt_haze_grid_init(struct rt_haze_grid *grid, struct rt_job *job,
     window.height = job->tile.height_px;
     const struct atmosphere_grid size =
         atmosphere_grid_of_side(view, &window, choose_side_px(view));
+    grid->offset = 0.5;
     if (!rt_haze_grid_place(grid, job, &size, err))
         return false;
     if (!rt_haze_glows_find(grid, err))

@@ -28,7 +28,7 @@ struct rt_haze_grid { /* zeroed before init */
     const struct rt_job *job;
     struct atmosphere_grid size;
     struct atmosphere_slices slices;
-    double offset;   /* of all points in their slices, [0, 1) */
+    double offset;   /* of all points in their quarters of slices, (0, 1) */
     double *borders; /* of the slices, in depths of the view [m], with the end of the last one */
     float *reaches;  /* of columns: the farthest depth that is seen there */
     /* Slice by slice, row by row from below, 3 channels over the haze's colour, [nt]: */

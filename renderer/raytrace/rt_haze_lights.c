@@ -7,12 +7,13 @@
 #include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_haze.h"
 #include "renderer/raytrace/rt_haze_glow.h"
+#include "renderer/raytrace/rt_lamp_span.h"
 #include "renderer/raytrace/rt_shadow_rays.h"
 #include "renderer/scene/atmosphere.h"
 
 enum { BLOCK_COLUMNS = RT_HAZE_BLOCK * RT_HAZE_BLOCK };
 
-static const double GOLDEN = 0.6180339887, PLASTIC = 0.7548776662; /* of sequences of offsets */
+static const double GOLDEN = 0.6180339887, PLASTIC = 0.7548776662; /* of sequences of quarters */
 static const double NEAREST = 1e-9;                                /* [m] from a lamp to a column */
 static const double LEAP_MOST = 1e6; /* [m] into a slice without an end */
 
@@ -87,78 +88,6 @@ static double depth_between(const struct worker *worker, const struct column *c,
                             c->way[1], to - from);
 }
 
-/* ---- where a light reaches a column ---- */
-
-struct span { /* of the way [m] */
-    double from, to;
-};
-
-static void cut_to_range(const struct column *c, const struct rt_light_record *record,
-                         struct span *span)
-{
-    double off[3], range = 1 / (double)record->inverse_range;
-    for (int k = 0; k < 3; k++)
-        off[k] = (double)record->position[k] - c->origin[k];
-    double middle = vec3_dot(off, c->way);
-    double square = range * range - vec3_dot(off, off) + middle * middle;
-    double half = square > 0 ? sqrt(square) : -1;
-    span->from = fmax(span->from, half >= 0 ? middle - half : INFINITY);
-    span->to = fmin(span->to, middle + half);
-}
-
-static bool is_in_cone(const struct column *c, const struct rt_light_record *record, double at)
-{
-    double along = 0, square = 0;
-    for (int k = 0; k < 3; k++) {
-        double d = c->origin[k] + at * c->way[k] - (double)record->position[k];
-        along += d * (double)record->direction[k];
-        square += d * d;
-    }
-    return along >= (double)record->least_cosine * sqrt(square);
-}
-
-/* A cone of less than half of all directions is convex, so that a line is in it on one stretch:
- * from the roots of a quadratic. */
-static void cut_to_cone(const struct column *c, const struct rt_light_record *record,
-                        struct span *span)
-{
-    double cosine = (double)record->least_cosine, off[3], axis[3];
-    if (!(cosine > 0.01))
-        return;
-    for (int k = 0; k < 3; k++) {
-        off[k] = c->origin[k] - (double)record->position[k];
-        axis[k] = (double)record->direction[k];
-    }
-    double way_along = vec3_dot(c->way, axis), off_along = vec3_dot(off, axis);
-    double square = cosine * cosine, a = way_along * way_along - square;
-    double b = way_along * off_along - square * vec3_dot(c->way, off);
-    double k = off_along * off_along - square * vec3_dot(off, off), root = b * b - a * k;
-    if (fabs(a) < 1e-9 || !(root > 0)) /* along its side, or beside it all the way */
-        return;
-    double low = (-b - sqrt(root)) / a, high = (-b + sqrt(root)) / a;
-    double first = fmin(low, high), last = fmax(low, high), apart = 1 + fabs(first) + fabs(last);
-    if (is_in_cone(c, record, 0.5 * (first + last)))
-        span->from = fmax(span->from, first), span->to = fmin(span->to, last);
-    else if (is_in_cone(c, record, last + apart))
-        span->from = fmax(span->from, last);
-    else if (is_in_cone(c, record, first - apart))
-        span->to = fmin(span->to, first);
-    else
-        span->to = -1;
-}
-
-static struct span find_span(const struct column *c, const struct rt_light_record *record)
-{
-    struct span span = {0, INFINITY};
-    if (record->type == SCENE_LIGHT_DIRECTIONAL || record->is_area)
-        return span;
-    if (record->inverse_range > 0)
-        cut_to_range(c, record, &span);
-    if (record->type == SCENE_LIGHT_SPOT)
-        cut_to_cone(c, record, &span);
-    return span;
-}
-
 /* ---- points ---- */
 
 struct place { /* a point of the way, and how many metres of haze that scatters it stands for */
@@ -167,7 +96,7 @@ struct place { /* a point of the way, and how many metres of haze that scatters 
 
 /* A light without a place counts by what the stretch scatters of all that passes it. */
 static struct place place_directional(const struct worker *worker, const struct column *c,
-                                      struct span s, double offset)
+                                      struct rt_span s, double offset)
 {
     double depth = depth_between(worker, c, s.from, s.to), loss = -expm1(-depth);
     double share = exp(-depth_between(worker, c, 0, s.from)) * loss;
@@ -191,7 +120,8 @@ static double column_width(const struct worker *worker, const struct rt_light_re
  * Techniques for Path Tracing in Participating Media", section 4.1, by sums of angles, so that
  * those of far points keep their digits. */
 static struct place place_lamp(const struct worker *worker, const struct column *c,
-                               const struct rt_light_record *record, struct span s, double offset)
+                               const struct rt_light_record *record, struct rt_span s,
+                               double offset)
 {
     double off[3], aside[3];
     for (int k = 0; k < 3; k++)
@@ -276,12 +206,12 @@ static double arrive(const struct worker *worker, const struct column *c, int sl
 }
 
 static void ask(struct worker *worker, const struct column *c, uint32_t light, int slice,
-                struct span part)
+                struct rt_span part)
 {
     const struct rt_light_record *record = &worker->light_set->records[light];
     const struct atmosphere_grid *size = &worker->grid->size;
-    double whole,
-        offset = modf(c->quarter + slice * GOLDEN + light * PLASTIC + worker->grid->offset, &whole);
+    double whole, turn = floor(4 * modf(slice * GOLDEN + light * PLASTIC, &whole));
+    double offset = modf(c->quarter + 0.25 * (turn + worker->grid->offset), &whole);
     struct place place = record->type == SCENE_LIGHT_DIRECTIONAL
                              ? place_directional(worker, c, part, offset)
                              : place_lamp(worker, c, record, part, offset);
@@ -306,14 +236,15 @@ static void ask(struct worker *worker, const struct column *c, uint32_t light, i
 static void light_columns(struct worker *worker, uint32_t light)
 {
     const struct rt_haze_grid *grid = worker->grid;
-    struct span spans[BLOCK_COLUMNS];
+    struct rt_span spans[BLOCK_COLUMNS];
     for (int i = 0; i < worker->column_count; i++)
-        spans[i] = find_span(&worker->columns[i], &worker->light_set->records[light]);
+        spans[i] = rt_lamp_span(worker->job->scene, &worker->job->scene->state->lights[light],
+                                worker->columns[i].origin, worker->columns[i].way);
     for (int slice = 0; slice < grid->size.slices; slice++)
         for (int i = 0; i < worker->column_count; i++) {
             const struct column *c = &worker->columns[i];
-            struct span part = {fmax(spans[i].from, grid->borders[slice] * c->per_m),
-                                fmin(spans[i].to, grid->borders[slice + 1] * c->per_m)};
+            struct rt_span part = {fmax(spans[i].from, grid->borders[slice] * c->per_m),
+                                   fmin(spans[i].to, grid->borders[slice + 1] * c->per_m)};
             if (grid->borders[slice] < c->reach && part.from < part.to)
                 ask(worker, c, light, slice, part);
         }

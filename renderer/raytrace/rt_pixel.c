@@ -35,8 +35,8 @@ void rt_pixel_end_seen(struct rt_pixel *pixel, const struct rt_seen *seen)
     pixel->covered += !seen->is_bare;
 }
 
-static void write_over(const struct rt_pixel *pixel, const struct view *view, int samples,
-                       float out[4])
+void rt_pixel_write_over(const struct rt_pixel *pixel, const struct view *view, int samples,
+                         float out[4])
 {
     float backdrop[4];
     struct tone_map_over over = {.covered = (float)(pixel->covered / samples)};
@@ -46,15 +46,4 @@ static void write_over(const struct rt_pixel *pixel, const struct view *view, in
         over.behind[k] = (float)(pixel->behind[k] / samples);
     }
     tone_map_over(&view->screen.mapping, backdrop, &over, out);
-}
-
-void rt_pixel_write(const struct rt_pixel *pixel, const struct view *view, int samples,
-                    float out[4])
-{
-    if (view->screen.has_backdrop) {
-        write_over(pixel, view, samples, out);
-        return;
-    }
-    for (int k = 0; k < 4; k++)
-        out[k] = (float)(pixel->color[k] / samples);
 }

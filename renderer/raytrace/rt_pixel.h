@@ -56,7 +56,20 @@ static inline void rt_pixel_end_sample(struct rt_pixel *pixel, const double laye
 /* The same for one that was followed to its end. */
 void rt_pixel_end_seen(struct rt_pixel *pixel, const struct rt_seen *seen);
 
-void rt_pixel_write(const struct rt_pixel *pixel, const struct view *view, int samples,
-                    float out[4]);
+/* Of a view with a backdrop. */
+void rt_pixel_write_over(const struct rt_pixel *pixel, const struct view *view, int samples,
+                         float out[4]);
+
+static inline void rt_pixel_write(const struct rt_pixel *pixel, const struct view *view,
+                                  int samples, float out[4])
+{
+    if (view->screen.has_backdrop) {
+        const struct rt_pixel copy = *pixel; /* so that the pixel itself may be in registers */
+        rt_pixel_write_over(&copy, view, samples, out);
+        return;
+    }
+    for (int k = 0; k < 4; k++)
+        out[k] = (float)(pixel->color[k] / samples);
+}
 
 #endif

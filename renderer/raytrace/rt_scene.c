@@ -423,8 +423,9 @@ void rt_scene_finish(struct rt_scene *scene)
  * their own would leave cracks. False for a triangle seen edge-on. */
 static bool refine_hit(const struct rt_mesh *mesh, const struct rt_ray *ray, struct rt_hit *hit)
 {
-    double v[3][3], e1[3], e2[3], across[3], from[3], q[3];
-    rt_mesh_corners(mesh, hit->triangle, v);
+    double room[3][3], e1[3], e2[3], across[3], from[3], q[3];
+    const double *v[3];
+    rt_mesh_corners(mesh, hit->triangle, room, v);
     vec3_sub(v[1], v[0], e1);
     vec3_sub(v[2], v[0], e2);
     vec3_sub(ray->origin, v[0], from);
@@ -444,8 +445,9 @@ static bool refine_hit(const struct rt_mesh *mesh, const struct rt_ray *ray, str
 void rt_scene_normal(const struct rt_scene *scene, const struct rt_hit *hit, double normal[3])
 {
     const struct rt_mesh *mesh = &scene->meshes[hit->mesh];
-    double v[3][3], e1[3], e2[3];
-    rt_mesh_corners(mesh, hit->triangle, v);
+    double room[3][3], e1[3], e2[3];
+    const double *v[3];
+    rt_mesh_corners(mesh, hit->triangle, room, v);
     vec3_sub(v[1], v[0], e1);
     vec3_sub(v[2], v[0], e2);
     vec3_cross(e1, e2, normal);
@@ -594,10 +596,11 @@ static bool is_same_point(const double a[3], const double b[3])
 static int count_shared_corners(const struct rt_scene *scene, const struct rt_hit *a,
                                 const struct rt_hit *b)
 {
-    double of_a[3][3], of_b[3][3];
+    double rooms[2][3][3];
+    const double *of_a[3], *of_b[3];
     int shared = 0;
-    rt_mesh_corners(&scene->meshes[a->mesh], a->triangle, of_a);
-    rt_mesh_corners(&scene->meshes[a->mesh], b->triangle, of_b);
+    rt_mesh_corners(&scene->meshes[a->mesh], a->triangle, rooms[0], of_a);
+    rt_mesh_corners(&scene->meshes[a->mesh], b->triangle, rooms[1], of_b);
     for (size_t i = 0; i < 3; i++)
         for (size_t j = 0; j < 3; j++)
             shared += is_same_point(of_a[i], of_b[j]);

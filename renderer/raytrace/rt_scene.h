@@ -63,11 +63,15 @@ static inline void rt_mesh_vertex(const struct rt_mesh *mesh, uint32_t vertex, d
     vec3_sub(world, mesh->origin, out);
 }
 
-static inline void rt_mesh_corners(const struct rt_mesh *mesh, uint32_t triangle,
-                                   double corners[3][3])
+/* Those of a triangle, where they lie: in `room` if the mesh has none at hand. */
+static inline void rt_mesh_corners(const struct rt_mesh *mesh, uint32_t triangle, double room[3][3],
+                                   const double *corners[3])
 {
+    const uint32_t *vertices = mesh->triangles + 3 * (size_t)triangle;
     for (size_t k = 0; k < 3; k++)
-        rt_mesh_vertex(mesh, mesh->triangles[3 * (size_t)triangle + k], corners[k]);
+        corners[k] = mesh->positions ? mesh->positions[vertices[k]] : room[k];
+    for (size_t k = 0; k < 3 && !mesh->positions; k++)
+        rt_mesh_vertex(mesh, vertices[k], room[k]);
 }
 
 /* The mesh of what Embree hit: an instance's, or a geometry of the scene itself. */

@@ -71,12 +71,13 @@ uint32_t rt_wholes_meet(const struct rt_batch *batch, const struct rt_packet *pa
     for (left = lanes; left; left &= left - 1) {
         int i = __builtin_ctz(left);
         const struct rt_mesh *mesh = &meshes[packet->ends[i].mesh];
-        double corners[3][3];
+        const double *corners[3];
+        double room[3][3];
         if (!may_fill(mesh)) {
             lanes &= ~(1u << i);
             continue;
         }
-        rt_mesh_corners(mesh, packet->ends[i].triangle, corners);
+        rt_mesh_corners(mesh, packet->ends[i].triangle, room, corners);
         for (int c = 0; c < 3; c++)
             for (int k = 0; k < 3; k++)
                 hits->corners[c][k][i] = corners[c][k];
@@ -325,8 +326,9 @@ static void add_surface(struct rt_batch *batch, const struct rt_whole_pixel *pix
                         struct rt_whole_layer *layer, double *radiance)
 {
     struct rt_whole_group *group = open_group(batch, hit->mesh, hit->triangle);
-    double corners[3][3];
-    rt_mesh_corners(&batch->desc.scene->meshes[hit->mesh], hit->triangle, corners);
+    const double *corners[3];
+    double room[3][3];
+    rt_mesh_corners(&batch->desc.scene->meshes[hit->mesh], hit->triangle, room, corners);
     for (int c = 0; c < 3; c++)
         for (int k = 0; k < 3; k++)
             group->wide.corners[c][k][group->count] = corners[c][k];

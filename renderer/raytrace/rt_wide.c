@@ -81,6 +81,7 @@ INSIDE_FORMS void smooth_start(const struct rt_wide_mesh *mesh, const double cor
 {
     double moved[3] = {0}, sum[3] = {0}, point[3] = {start[0], start[1], start[2]};
     bool is_flat = true, is_normal = true;
+#pragma GCC unroll 3 /* else the loop over lanes is not vectorised */
     for (int c = 0; c < 3; c++) {
         double normal[3], away[3];
         for (int k = 0; k < 3; k++)

@@ -3,7 +3,6 @@
 #include "renderer/shading/atmosphere_light.h"
 
 #include <epoxy/gl.h>
-#include <math.h>
 #include <stdio.h>
 
 #include "renderer/base/matrix.h"
@@ -173,11 +172,10 @@ bool atmosphere_end(const struct window_frame *frame, struct error *err)
     return run(frame, sum_pass, &sum_program, atmosphere_corners(&grid), err);
 }
 
-/* Where the points of a round lie in their slices: Roberts 2018, R2. */
+/* Where the points of a round lie in their quarters of slices: one round has them in the middle. */
 static double round_offset(const struct window_frame *frame)
 {
-    double whole;
-    return modf(frame->round * 0.5698402909980532, &whole);
+    return (frame->round + 0.5) / frame->rounds;
 }
 
 bool atmosphere_trace(const struct window_frame *frame, struct traced_shadows *traced,

@@ -94,3 +94,11 @@ void shadow_report_fill(const struct shadow_system *shadows, struct frame_report
     report->counts.mean_list = occupied ? (double)report->counts.events / (double)occupied : 0;
     report_bytes(shadows, report);
 }
+
+void shadow_system_warn(struct frame_report *report)
+{
+    const struct shadow_structure *structure;
+    for (size_t i = 0; (structure = shadow_structure_at(i)); i++)
+        if (structure->warn)
+            structure->warn(report);
+}

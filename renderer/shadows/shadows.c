@@ -658,6 +658,8 @@ static bool prepare_turn(struct shadow_system *shadows, const struct shadow_prep
         return false;
     shadow_report_fill(shadows, report);
     shadow_report_casters(shadows, desc->state, report);
+    if (!desc->is_left_out)
+        shadow_system_warn(report);
     return true;
 }
 

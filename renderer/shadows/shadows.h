@@ -100,6 +100,9 @@ uint64_t shadow_system_peak_bytes(const struct shadow_system *shadows);
 uint32_t shadow_system_record(const struct shadow_system *shadows, size_t light);
 /* Whether density grids are in the structure of the light. */
 bool shadow_system_holds_grids(const struct shadow_system *shadows, size_t light);
+/* Warns of what the structures of all lights have told the report, which shadow_system_prepare does
+ * where no light is left out. */
+void shadow_system_warn(struct frame_report *report);
 /* #define items for programs that include shaders/shadows/shadow_query.glsl, and their bindings. */
 const char *shadow_system_defines(const struct shadow_system *shadows);
 void shadow_system_bind(const struct shadow_system *shadows, const struct gl_program *program);

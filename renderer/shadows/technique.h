@@ -103,6 +103,8 @@ struct shadow_structure {
     /* maps: of each light of the frame, NULL without a shadow; those of other structures are passed
      * over. */
     void (*report)(const struct shadow_map *const *maps, size_t count, struct frame_report *report);
+    /* Warns of what the reports of all lights of a frame, which may come in batches, tell. */
+    void (*warn)(struct frame_report *report);
     /* Gives the memory of the lists back; empty ranges are none. */
     bool (*drop)(struct shadow_store *store, struct shadow_map *map, struct error *err);
 };

@@ -83,28 +83,34 @@ static bool build(struct shadow_builder *builder, const struct shadow_building *
 
 static void report(const struct shadow_map *const *maps, size_t count, struct frame_report *report)
 {
-    size_t lights = 0, merged = 0, crossed = 0;
-    uint32_t most = 0, meshes = 0;
+    struct report_partitions *all = &report->partitions;
+    *all = (struct report_partitions){0};
     for (size_t i = 0; i < count; i++) {
         const struct shadow_map *map = maps[i];
         if (!map || map->method->structure != &shadow_structure_composited)
             continue;
-        lights++;
-        merged += map->wanted_layers > map->layers;
-        crossed += map->crossed_meshes > 0;
-        most = map->wanted_layers > most ? map->wanted_layers : most;
-        meshes = map->crossed_meshes > meshes ? map->crossed_meshes : meshes;
+        all->lights++;
+        all->merged += map->wanted_layers > map->layers;
+        all->crossed += map->crossed_meshes > 0;
+        all->most = map->wanted_layers > all->most ? map->wanted_layers : all->most;
+        all->most_crossed =
+            map->crossed_meshes > all->most_crossed ? map->crossed_meshes : all->most_crossed;
     }
-    if (merged)
+}
+
+static void warn(struct frame_report *report)
+{
+    const struct report_partitions *all = &report->partitions;
+    if (all->merged)
         report_warn(report,
                     "composited: %zu of %zu lights need more than %u partitions, one of them %u: "
                     "meshes behind the last but one cast no shadow on each other",
-                    merged, lights, SHADOW_PARTITIONS_MAX, most);
-    if (crossed)
+                    all->merged, all->lights, SHADOW_PARTITIONS_MAX, all->most);
+    if (all->crossed)
         report_warn(report,
                     "composited: %zu of %zu lights see transparent meshes whose depths overlap, "
                     "one of them %u: their middles order them",
-                    crossed, lights, meshes);
+                    all->crossed, all->lights, all->most_crossed);
 }
 
 static const struct shadow_pass passes[] = {
@@ -130,7 +136,8 @@ const struct shadow_structure shadow_structure_composited = {SHADOW_TABLE_STRUCT
                                                              .add_features = add_features,
                                                              .divide = divide,
                                                              .build = build,
-                                                             .report = report};
+                                                             .report = report,
+                                                             .warn = warn};
 
 const struct shadow_method shadow_method_composited = {.id = SHADOWS_COMPOSITED,
                                                        .structure = &shadow_structure_composited,

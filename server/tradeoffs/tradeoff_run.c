@@ -13,14 +13,15 @@
 #include "protocol/quality_defaults.h"
 #include "server/tradeoffs/tradeoff_step.h"
 
-#define BAND_MS 250.        /* of the reference: what others may have to wait for */
-#define BAND_BUILDS 2.      /* or this many times what ray tracing needs to get ready */
-#define REFERENCE_SHARE .5  /* of the time budget */
-#define SAVE_EVERY_S 1.     /* of results so far: two files are synced */
-#define FRAME_MS_MAX 10000. /* of a setting that is worth timing */
-#define RUN_FRAMES 2.3      /* a cold and a warm frame, in frames as measured for the error */
-#define SETTLE_FRAMES 1.    /* before the first of them */
-#define RUN_SCALE_LEAST .05 /* runs are not expected to be quicker than that */
+#define NEEDED_LIMIT_MS 300000 /* of steps that all others need: the first compiles the shaders */
+#define BAND_MS 250.           /* of the reference: what others may have to wait for */
+#define BAND_BUILDS 2.         /* or this many times what ray tracing needs to get ready */
+#define REFERENCE_SHARE .5     /* of the time budget */
+#define SAVE_EVERY_S 1.        /* of results so far: two files are synced */
+#define FRAME_MS_MAX 10000.    /* of a setting that is worth timing */
+#define RUN_FRAMES 2.3         /* a cold and a warm frame, in frames as measured for the error */
+#define SETTLE_FRAMES 1.       /* before the first of them */
+#define RUN_SCALE_LEAST .05    /* runs are not expected to be quicker than that */
 #define PROGRESS_REFERENCE .3
 #define PROGRESS_ERRORS (3 / 7.)     /* of what is left after the reference */
 #define IMAGES_BYTES_MAX (64u << 20) /* of one trade-off: an HTML page can still hold them */
@@ -114,19 +115,27 @@ static void tell(struct run *run, enum tradeoff_stage stage, double progress)
     save_now_and_then(run);
 }
 
-static enum step_outcome run_step(struct run *run, json_t *measure, struct step_result *result)
+/* limit_ms: 0: that of steps. */
+static enum step_outcome run_within(struct run *run, json_t *measure, int limit_ms,
+                                    struct step_result *result)
 {
     return step_run(run->tradeoffs, run->entry,
                     &(struct step_desc){.request = &run->request,
                                         .measure = measure,
-                                        .reference_fd = run->reference_fd},
+                                        .reference_fd = run->reference_fd,
+                                        .limit_ms = limit_ms},
                     result);
+}
+
+static enum step_outcome run_step(struct run *run, json_t *measure, struct step_result *result)
+{
+    return run_within(run, measure, 0, result);
 }
 
 /* A step without which nothing can be measured. */
 static bool must_step(struct run *run, json_t *measure, struct step_result *result)
 {
-    enum step_outcome outcome = run_step(run, measure, result);
+    enum step_outcome outcome = run_within(run, measure, NEEDED_LIMIT_MS, result);
     if (outcome == STEP_FAILED)
         run->problem = result->problem;
     return outcome == STEP_DONE;

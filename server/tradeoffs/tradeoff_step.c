@@ -12,8 +12,8 @@
 #include "server/front/task_resources.h"
 
 enum {
-    STEP_LIMIT_MS = 60000, /* from its begin: a scene's first frame compiles its shaders */
-    RETRY_S = 1,           /* while the queue of renders is full */
+    STEP_LIMIT_MS = 60000,
+    RETRY_S = 1, /* while the queue of renders is full */
 };
 
 /* Shared by the thread that waits and the one that ends the render: the last of them frees it. */
@@ -62,7 +62,7 @@ static struct render_task *task_create(struct tradeoffs *tradeoffs, const struct
     memcpy(task->scene, desc->request->scene, sizeof task->scene);
     task->question = json_incref(desc->measure);
     task->priority = RENDER_BATCH;
-    task->limit_ms = STEP_LIMIT_MS;
+    task->limit_ms = desc->limit_ms > 0 ? desc->limit_ms : STEP_LIMIT_MS;
     struct request_resources resources;
     if (!render_request_resources(desc->request, &resources) ||
         !task_open_resources(task, tradeoffs->desc.resources, &resources, err))

@@ -10,6 +10,7 @@ struct step_desc {
     const struct render_request *request; /* required: its quality is the setting */
     json_t *measure;                      /* required, taken: see server/worker/measure.h */
     int reference_fd;                     /* -1: none; borrowed */
+    int limit_ms;                         /* from its begin to its end; 0 means a minute */
 };
 
 enum step_outcome {

@@ -27,7 +27,7 @@ uniform float u_taps;
 uniform uint u_first; // slice of a column, of the dispatch
 uniform uint u_end;
 uniform uvec2 u_size_px;
-uniform float u_atmosphere_offset; // [0, 1): of the points of this round
+uniform float u_atmosphere_offset; // of the points of this round in their quarters, (0, 1)
 #ifdef HAS_LIGHT_PARTS
 uniform uvec2 u_light_part; // not 0: it is the first; it is the last
 #define IS_FIRST_PART (u_light_part.x != 0u)
@@ -45,7 +45,8 @@ const float NEAREST = 1e-6; // [m] from a lamp to the ray
 struct stretch {
     vec3 origin, way;  // view space; unit
     float eye_depth;   // optical, from where the ray begins to the origin
-    float offset;      // [0, 1)
+    float offset;      // of the column's point in it, (0, 1)
+    float turn;        // by which the columns exchange their quarters, any number
 };
 
 uint light_lookups = 0u;
@@ -104,6 +105,60 @@ float column_scale(vec3 position)
 #endif
 }
 
+// Columns at and beside a spot have what its cone passes in the mean all around it, since the ray
+// in their middle meets the thin end of the cone or misses it. Up to the first number of columns
+// from the spot this counts alone, from the second on the ray. Chosen: the sum over columns,
+// wherever in one the spot is, is then nearest to the integral.
+const float CONE_NEAR = 0.4, CONE_FAR = 1.2;
+const int CONE_SIDES = 16; // of the half circle
+
+float spot_passes(light_record r, float cosine)
+{
+    float cone = clamp(cosine * r.direction_cone.w + r.spot_offset, 0.0, 1.0);
+    return cone * cone;
+}
+
+// Around a spot, at a point `at` metres behind what is nearest to it and `apart` metres beside it.
+float spot_passes_around(light_record r, vec3 way, float at, float apart)
+{
+    float along = dot(r.direction_cone.xyz, way), scale = inversesqrt(at * at + apart * apart);
+    float across = apart * scale * sqrt(max(1.0 - along * along, 0.0)), sum = 0.0;
+    for (int i = 0; i < CONE_SIDES; i++)
+        sum += spot_passes(r, along * at * scale +
+                                  across * cos(PI * (float(i) + 0.5) / float(CONE_SIDES)));
+    return sum / float(CONE_SIDES);
+}
+
+// The spot without its cone, what that passes in the column's share, and a point in its light.
+void open_cone(inout light_record r, vec3 way, float at, float apart, float near, inout vec3 p,
+               inout float share)
+{
+    float own = spot_passes(r, dot(r.direction_cone.xyz, normalize(p - r.position_range.xyz)));
+    share *= mix(own, spot_passes_around(r, way, at, apart), near);
+    if (own == 0.0) { // where the shadow map has nothing
+        vec3 aside = r.direction_cone.xyz - dot(r.direction_cone.xyz, way) * way;
+        aside *= apart * inversesqrt(max(dot(aside, aside), 1e-37));
+        p = r.position_range.xyz + at * way + aside;
+    }
+    r.direction_cone.w = 0.0;
+    r.spot_offset = 1.0;
+}
+
+// No point of a ray is in the cone whose angle from what is nearest to the spot differs from that
+// of the cone's axis by more than the cone is wide. first, last: of the ray, from what is nearest
+// on.
+void cut_to_cone(light_record r, vec3 way, float apart, inout float first, inout float last)
+{
+    float along = dot(r.direction_cone.xyz, way), across = sqrt(max(1.0 - along * along, 0.0));
+    float cosine = clamp(-r.spot_offset / r.direction_cone.w, 0.0, 1.0);
+    float sine = sqrt(1.0 - cosine * cosine);
+    float low = across * cosine + along * sine, high = across * cosine - along * sine;
+    if (low > 0.0)
+        first = max(first, apart * (along * cosine - across * sine) / low);
+    if (high > 0.0)
+        last = min(last, apart * (along * cosine + across * sine) / high);
+}
+
 // The point of a lamp is drawn by its distance: Kulla and Fajardo 2012, "Importance Sampling
 // Techniques for Path Tracing in Participating Media", section 4.1, by sums of angles, so that
 // those of far points keep their digits.
@@ -113,15 +168,23 @@ vec3 scattered_lamp(light_record r, stretch s, float begin, float end, float off
     float nearest = dot(to_light, s.way);
     // around a lamp itself 1 / distance has the mean over the column: 4 / width
     float width = u_atmosphere_side_px * u_window.z * column_scale(r.position_range.xyz);
-    float apart = max(length(to_light - nearest * s.way), max(0.25 * width, NEAREST));
+    float own = length(to_light - nearest * s.way), apart = max(own, max(0.25 * width, NEAREST));
     float first = begin - nearest, last = end - nearest;
+    if (light_is(r, LIGHT_SPOT))
+        cut_to_cone(r, s.way, apart, first, last);
+    if (!(last > first))
+        return vec3(0.0);
     float angle = atan(apart * (last - first), apart * apart + first * last);
     float c = cos(offset * angle), sine = sin(offset * angle);
     float at = apart * (first * c + apart * sine) / (apart * c - first * sine);
-    float t = clamp(nearest + at, begin, end);
-    vec3 p = s.origin + t * s.way, d = p - r.position_range.xyz;
-    float share = atmosphere_extinction(p) * exp(-to_eye(s, t)) * dot(d, d) * angle / apart;
-    return scattered_at(r, p, s.way, share);
+    float t = nearest + clamp(at, first, last);
+    vec3 p = s.origin + t * s.way;
+    float share = atmosphere_extinction(p) * exp(-to_eye(s, t)) * angle / apart;
+    float near = clamp((CONE_FAR * width - own) / ((CONE_FAR - CONE_NEAR) * width), 0.0, 1.0);
+    if (light_is(r, LIGHT_SPOT) && near > 0.0)
+        open_cone(r, s.way, t - nearest, apart, near, p, share);
+    vec3 d = p - r.position_range.xyz;
+    return scattered_at(r, p, s.way, share * dot(d, d));
 }
 
 // Of a part of a list, between two points.
@@ -131,7 +194,8 @@ vec3 scattered_list(light_cursor cursor, stretch s, float begin, float end)
     uint index;
     while (light_list_next(cursor, index)) {
         light_record r = lights[index];
-        float offset = fract(s.offset + float(index) * 0.7548776662);
+        float turn = floor(4.0 * fract(s.turn + float(index) * 0.7548776662));
+        float offset = fract(s.offset + 0.25 * turn);
         if (light_is(r, LIGHT_DIRECTIONAL))
             sum += scattered_directional(r, s, begin, end, offset);
         else
@@ -190,7 +254,8 @@ void main()
         // the four columns around a corner have the four quarters of a slice
         uvec2 parity = uvec2(u_atmosphere_first + ivec2(place)) & 1u;
         float quarter = 0.5 * float(parity.x) + 0.25 * float(parity.x ^ parity.y);
-        s.offset = fract(quarter + float(slice) * 0.6180339887 + u_atmosphere_offset);
+        s.offset = quarter + 0.25 * u_atmosphere_offset;
+        s.turn = float(slice) * 0.6180339887;
         uvec2 pixel = uvec2(clamp(ivec2(floor(at)), ivec2(0), ivec2(u_size_px) - 1));
         sum = scattered(s, pixel, near, far, per_m);
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The light of the haze from the eye to the end of each slice, at the corners of columns: the mean
-// of the four around, whose points lie at the four quarters of a slice.
+// of the four around, whose points lie in the four quarters of a slice.
 #include "shared/bindings.h"
 layout(local_size_x = 64) in;
 layout(std430, binding = BIND_ATMOSPHERE) readonly buffer atmosphere_buffer { float slices[]; };

@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include "tests/support/closed_form_scenes.h"
 #include "tests/support/extreme_checks.h"
 #include "tests/support/extreme_scene.h"
 #include "tests/support/image_checks.h"
@@ -39,8 +40,22 @@ static void place_lights(struct view_light *lights, int count)
 struct shot {              /* of the extreme scene under many lights */
     uint64_t budget_bytes; /* of the renderer; half of it is for shadows */
     int lights, resolution, width, height;
+    bool has_crossing_panes; /* in its place */
     struct view_quality quality;
 };
+
+static void open_crossing_panes(struct extreme_scene *scene, struct renderer *renderer)
+{
+    struct closed_form_scene panes;
+    random_panes_scene_build(
+        &(struct random_panes_scene_desc){.pane_count = 12, .seed = 9, .light = GLB_LIGHT_POINT},
+        &panes);
+    rig_scene_finish(&scene->rig, renderer);
+    rig_scene_open(&scene->rig, renderer, "panes", panes.glb, panes.size_bytes);
+    closed_form_scene_finish(&panes);
+    scene->view.camera = (struct view_camera){.kind = VIEW_CAMERA_NODE, .node = "Floor"};
+    scene->view.ignore_scene_lights = true;
+}
 
 /* The pixels are the caller's. False when refused. */
 static bool take(const struct shot *shot, struct image *picture, struct frame_report *report,
@@ -56,6 +71,8 @@ static bool take(const struct shot *shot, struct image *picture, struct frame_re
     assert_non_null(renderer);
     place_lights(lights, shot->lights);
     extreme_scene_open(&scene, renderer, "batches", &(struct extreme_desc){0});
+    if (shot->has_crossing_panes)
+        open_crossing_panes(&scene, renderer);
     scene.view.quality = shot->quality;
     scene.view.quality.shadow_resolution = shot->resolution;
     scene.view.lights = lights;
@@ -111,6 +128,9 @@ static void compare(const char *name, struct shot shot, uint64_t budget_bytes, d
     assert_int_equal(report[1].counts.shadowed_lights, report[0].counts.shadowed_lights);
     assert_int_equal(report[1].counts.lookups, report[0].counts.lookups);
     assert_true(report_has_warning(&report[1], "batches"));
+    for (int i = 0; i < report[0].warning_count; i++)
+        assert_true(report_has_warning(&report[1], report[0].warnings[i]));
+    assert_int_equal(report[1].warning_count, report[0].warning_count + 1);
     extreme_expect(&(struct extreme_row){name, "deep", "RMSE, relative", tolerance},
                    extreme_rmse(&tight, &ample));
     if (tolerance == 0)
@@ -127,6 +147,12 @@ static void batches_of_lights_give_the_bits_of_all_at_once(void **state)
     shot.quality.samples = 1;
     shot.quality.shadows = SHADOWS_DEEP_LINKED;
     compare("24 lights in batches, linked shadows", shot, 32 << 20, 0);
+    shot.quality.shadows = SHADOWS_COMPOSITED;
+    shot.has_crossing_panes = true;
+    shot.resolution = 128;
+    compare("24 lights in batches, composited shadows", shot, 40 << 20, 0);
+    shot.has_crossing_panes = false;
+    shot.resolution = 256;
     shot.quality.shadows = SHADOWS_AUTO;
     shot.quality.light_lists = VIEW_LIGHT_LISTS_LINKED;
     compare("24 lights in batches, linked light lists", shot, 24 << 20, 1e-6);

@@ -19,23 +19,32 @@
 #include "tests/support/asset_checks.h"
 #include "tests/support/closed_form_scenes.h"
 
-enum { WIDTH_PX = 160, HEIGHT_PX = 120, REFERENCE_SAMPLES = 64, NAME_BYTES = 96 };
+enum { WIDTH_PX = 160, HEIGHT_PX = 120, REFERENCE_SAMPLES = 64, SMALL_MAP = 64, NAME_BYTES = 96 };
 
 /* How a technique is asked. */
 enum comparison {
     SAME_SAMPLES, /* one sample per pixel on both sides: the error of the shadows */
     PICTURES,     /* against REFERENCE_SAMPLES: that of the picture, antialiasing and all */
+    STRAIGHT,     /* as SAME_SAMPLES without refraction: that of drawing what is transparent */
     COMPARISONS
 };
 
 /* What is in a scene decides what can be promised. */
 enum content {
-    PLAIN,      /* plain colours: only the edges of shadows and of things can differ */
-    TEXTURED,   /* and textures, which the reference samples without mipmaps */
-    AREA_LIGHT, /* a rectangle of light: a map takes its centre alone */
-    HAZE,       /* beams behind glass */
-    SMOKE,      /* a density grid */
+    PLAIN,       /* plain colours: only the edges of shadows and of things can differ */
+    TEXTURED,    /* and textures, which the reference samples without mipmaps */
+    AREA_LIGHT,  /* a rectangle of light: a map takes its centre alone */
+    HAZE,        /* beams behind glass */
+    SMOKE,       /* a density grid */
+    STACK,       /* panes behind one another, lit without shadows: what drawing them leaves */
+    INTERLOCKED, /* the same of panes that go through one another */
     CONTENTS
+};
+
+enum drawing {
+    ANEW,       /* in a scene that has just come */
+    IF_OPAQUE,  /* the same; of a technique that knows no transparent caster */
+    KEEPS_MAPS, /* of the row before, which is of the same technique; so it is not timed */
 };
 
 struct technique {
@@ -45,7 +54,7 @@ struct technique {
     /* Promised; 0: such a scene is not asked of the technique. */
     double flip[CONTENTS]; /* mean of HDR-FLIP */
     double mae[CONTENTS];  /* with the same samples: mean |d| over the reference's mean */
-    bool needs_opaque;     /* knows no transparent caster */
+    enum drawing drawing;
 };
 
 #define MAP .shadows = SHADOWS_MAP
@@ -54,6 +63,7 @@ struct technique {
 #define TRANSLUCENT .shadows = SHADOWS_TRANSLUCENT
 #define COMPOSITED .shadows = SHADOWS_COMPOSITED
 #define MOMENTS .shadows = SHADOWS_MOMENTS
+#define CHANCE .shadows = SHADOWS_STOCHASTIC
 #define COLORED .shadows = SHADOWS_COLORED_STOCHASTIC
 #define RAYS .shadows = SHADOWS_RAYTRACED_SHADOWS
 #define TRACED .shadows = SHADOWS_RAYTRACED
@@ -61,88 +71,113 @@ struct technique {
 #define VOLUME .shadows = SHADOWS_VOLUME
 #define SILHOUETTE .shadows = SHADOWS_SILHOUETTE
 
+/* Mean of HDR-FLIP and MAE / mean of a stack, of what interlocks and of spheres. */
+#define LAYERS_BY(name, method, stack_flip, stack_mae, locked_flip, locked_mae, spheres_flip,  \
+                  spheres_mae)                                                                 \
+    {                                                                                          \
+        name, STRAIGHT,                                                                        \
+            {DEEP, .transparency = TRANSPARENCY_##method, .samples = 1,                        \
+             .refraction = VIEW_REFRACTION_OFF},                                               \
+            {[STACK] = (stack_flip), [INTERLOCKED] = (locked_flip), [PLAIN] = (spheres_flip)}, \
+            {[STACK] = (stack_mae), [INTERLOCKED] = (locked_mae), [PLAIN] = (spheres_mae)},    \
+            KEEPS_MAPS                                                                         \
+    }
+
 static const struct technique techniques[] = {
-    {"map", SAME_SAMPLES, {MAP, .samples = 1}, {0.001, 0.11}, {5e-4, 0.15}, true},
+    {"map", SAME_SAMPLES, {MAP, .samples = 1}, {0.001, 0.11}, {5e-4, 0.15}, IF_OPAQUE},
     {"deep",
      SAME_SAMPLES,
      {DEEP, .samples = 1},
      {0.025, 0.11, 0.4, 0.025, 0.02},
      {0.0075, 0.15, 0.55, 0.01, 0.0065},
-     false},
+     ANEW},
     {"deep, 1 tap",
      SAME_SAMPLES,
      {DEEP, .samples = 1, .shadow_taps = 1},
      {0.025, 0.11},
      {0.0055, 0.15},
-     false},
+     KEEPS_MAPS},
     {"deep, 16 taps",
      SAME_SAMPLES,
      {DEEP, .samples = 1, .shadow_taps = 16},
      {0.11, 0.12},
      {0.015, 0.15},
-     false},
+     KEEPS_MAPS},
+    {"deep", PICTURES, {DEEP, .samples = 4}, {0.12, 0.13}, {0}, KEEPS_MAPS},
+    {"deep, 1 sample", PICTURES, {DEEP, .samples = 1}, {0.12, 0.2}, {0}, KEEPS_MAPS},
+    LAYERS_BY("lists", LISTS, 4e-4, 5e-5, 0.0014, 5e-4, 1e-4, 4e-5),
+    LAYERS_BY("depth-peeling", DEPTH_PEELING, 4e-4, 5e-5, 0.0014, 5e-4, 1e-4, 4e-5),
+    LAYERS_BY("dual-depth-peeling", DUAL_DEPTH_PEELING, 4e-4, 5e-5, 0.0014, 5e-4, 1e-4, 4e-5),
+    LAYERS_BY("moment-based", MOMENT_BASED, 0.007, 0.005, 0.0032, 0.0021, 1e-4, 4e-5),
+    LAYERS_BY("stochastic", STOCHASTIC, 0.018, 0.035, 0.016, 0.026, 4e-4, 8e-5),
+    LAYERS_BY("sorted", SORTED, 4e-4, 5e-5, 0.019, 0.042, 1.5e-4, 6e-5),
+    LAYERS_BY("weighted-blended", WEIGHTED_BLENDED, 0.11, 0.13, 0.12, 0.17, 0.0015, 2e-4),
     {"deep, 256 texels",
      SAME_SAMPLES,
      {DEEP, .samples = 1, .shadow_resolution = 256},
      {0.12, 0.14},
      {0.025, 0.17},
-     false},
+     ANEW},
     {"deep-linked",
      SAME_SAMPLES,
      {LINKED, .samples = 1},
      {0.025, 0.11, 0, 0.025, 0.02},
      {0.0075, 0.15, 0, 0.01, 0.0065},
-     false},
+     ANEW},
     {"translucent",
      SAME_SAMPLES,
      {TRANSLUCENT, .samples = 1},
      {0.025, 0.11, 0, 0.04, 0.065},
      {0.0075, 0.15, 0, 0.02, 0.024},
-     false},
+     ANEW},
     {"composited",
      SAME_SAMPLES,
      {COMPOSITED, .samples = 1},
      {0.025, 0.11, 0, 0.03, 0.02},
      {0.0075, 0.15, 0, 0.012, 0.0065},
-     false},
+     ANEW},
     {"moments",
      SAME_SAMPLES,
      {MOMENTS, .samples = 1},
      {0.025, 0.11, 0, 0.03, 0.022},
      {0.0075, 0.15, 0, 0.012, 0.0065},
-     false},
+     ANEW},
+    {"stochastic",
+     SAME_SAMPLES,
+     {CHANCE, .samples = 1},
+     {0.55, 0.2, 0, 0.16, 0.23},
+     {0.43, 0.3, 0, 0.08, 0.14},
+     ANEW},
     {"colored-stochastic",
      SAME_SAMPLES,
      {COLORED, .samples = 1},
      {0.2, 0.2, 0, 0.06, 0.09},
      {0.16, 0.2, 0, 0.035, 0.05},
-     false},
+     ANEW},
     {"raytraced-shadows",
      SAME_SAMPLES,
      {RAYS, .samples = 1},
      {4e-4, 0.11, 0.045, 0.013},
      {5e-5, 0.15, 0.085, 0.006},
-     false},
-    {"area", SAME_SAMPLES, {AREA, .samples = 1}, {4e-4, 0.11, 0.045}, {5e-5, 0.15, 0.085}, false},
-    {"volume", SAME_SAMPLES, {VOLUME, .samples = 1}, {0.0015, 0.11}, {0.001, 0.15}, false},
-    {"silhouette", SAME_SAMPLES, {SILHOUETTE, .samples = 1}, {0.0015, 0.11}, {0.001, 0.15}, false},
+     ANEW},
+    {"area", SAME_SAMPLES, {AREA, .samples = 1}, {4e-4, 0.11, 0.045}, {5e-5, 0.15, 0.085}, ANEW},
+    {"volume", SAME_SAMPLES, {VOLUME, .samples = 1}, {0.0015, 0.11}, {0.001, 0.15}, ANEW},
+    {"silhouette", SAME_SAMPLES, {SILHOUETTE, .samples = 1}, {0.0015, 0.11}, {0.001, 0.15}, ANEW},
     {"raytraced",
      SAME_SAMPLES,
      {TRACED, .samples = 1},
      {0.001, 0.11, 0.045, 0.013, 0.004},
      {0.001, 0.15, 0.085, 0.006, 0.001},
-     false},
+     ANEW},
     {"raytraced, 256 points of light",
      SAME_SAMPLES,
      {TRACED, .samples = 1, .area_samples = 256},
      {[AREA_LIGHT] = 4e-4},
      {[AREA_LIGHT] = 5e-5},
-     false},
-    {"deep", PICTURES, {DEEP, .samples = 4}, {0.12, 0.13}, {0}, false},
-    {"deep, 1 sample", PICTURES, {DEEP, .samples = 1}, {0.12, 0.2}, {0}, false},
-    {"raytraced-shadows", PICTURES, {RAYS, .samples = 4}, {0.12, 0.13}, {0}, false},
-    {"raytraced", PICTURES, {TRACED, .samples = 4}, {0.12, 0.13}, {0}, false},
-    {"raytraced, 16 samples", PICTURES, {TRACED, .samples = 16}, {0.025, 0.08}, {0}, false},
+     ANEW},
+    {"raytraced-shadows", PICTURES, {RAYS, .samples = 4}, {0.12, 0.13}, {0}, ANEW},
+    {"raytraced", PICTURES, {TRACED, .samples = 4}, {0.12, 0.13}, {0}, ANEW},
+    {"raytraced, 16 samples", PICTURES, {TRACED, .samples = 16}, {0.025, 0.08}, {0}, ANEW},
 };
 
 enum { TECHNIQUES = sizeof techniques / sizeof *techniques };
@@ -211,6 +246,7 @@ struct subject {
     struct view view;
     bool is_opaque; /* nothing transparent casts */
     enum content content;
+    bool shows_layers; /* transparent ones, to tell ways of drawing them by */
     struct image references[COMPARISONS];
     int failures;
 };
@@ -227,24 +263,31 @@ static void attach_again(struct subject *s)
         fail_msg("%s", err.message);
 }
 
+static const char *kind_of(const struct technique *t)
+{
+    static const char *const kinds[COMPARISONS] = {"", "_picture", "_straight"};
+    return kinds[t->comparison];
+}
+
 static void expect(struct subject *s, const struct technique *t, const char *metric, double error,
                    double tolerance, double ms)
 {
     char image[2 * NAME_BYTES], difference[2 * NAME_BYTES];
     bool is_pass = error <= tolerance;
-    const char *kind = t->comparison == PICTURES ? "_picture" : "";
+    const char *kind = kind_of(t);
     file_name(s->name, t->name, kind, "", image, sizeof image);
     file_name(s->name, t->name, kind, "_flip", difference, sizeof difference);
-    accuracy_log(&(struct accuracy_result){.suite = "techniques by scene",
-                                           .scene = s->name,
-                                           .technique = t->name,
-                                           .metric = metric,
-                                           .error = error,
-                                           .tolerance = tolerance,
-                                           .ms = ms,
-                                           .is_pass = is_pass,
-                                           .image = image,
-                                           .difference = difference});
+    accuracy_log(&(struct accuracy_result){
+        .suite = t->comparison == STRAIGHT ? "transparency by scene" : "techniques by scene",
+        .scene = s->name,
+        .technique = t->name,
+        .metric = metric,
+        .error = error,
+        .tolerance = tolerance,
+        .ms = ms,
+        .is_pass = is_pass,
+        .image = image,
+        .difference = difference});
     printf("%-26s %-22s %-26s %-9.3g limit %-7.3g %7.1f ms%s\n", s->name, t->name, metric, error,
            tolerance, ms, is_pass ? "" : "  FAIL");
     s->failures += !is_pass;
@@ -254,7 +297,7 @@ static void save_pictures(const struct subject *s, const struct technique *t,
                           const struct image *color, const struct image *map)
 {
     char path[2 * NAME_BYTES];
-    const char *kind = t->comparison == PICTURES ? "_picture" : "";
+    const char *kind = kind_of(t);
     file_name(s->name, t->name, kind, "", path, sizeof path);
     save_color(color, path);
     file_name(s->name, t->name, kind, "_flip", path, sizeof path);
@@ -288,28 +331,63 @@ static void measure(struct subject *s, const struct technique *t, const struct i
     }
 }
 
-/* The picture as the technique makes it, and its time without compiling programs: the first frame
- * does that. False when the technique needs more memory for this scene than there is. */
-static bool render(struct subject *s, const struct view_quality *quality, bool is_timed,
-                   struct image *color, double *ms)
+/* False when the technique needs more memory for the scene than there is. */
+static bool draw(struct subject *s, const struct view *view, struct frame *frame)
+{
+    struct error err = {0};
+    if (renderer_render(s->renderer, s->rig.key, view, frame, &err))
+        return true;
+    if (err.code != ERROR_OVER_BUDGET)
+        fail_msg("%s: %s", s->name, err.message);
+    printf("%-26s refused: %s\n", s->name, err.message);
+    return false;
+}
+
+/* What takes the place of the technique would be measured under its name. */
+static void refuse_substitutes(const struct subject *s, const struct frame *frame)
+{
+    for (int i = 0; i < frame->report.warning_count; i++)
+        if (strstr(frame->report.warnings[i], "takes its place"))
+            fail_msg("%s: %s", s->name, frame->report.warnings[i]);
+}
+
+/* Compiles nearly all programs of the technique. */
+static bool draw_small(struct subject *s, const struct view *view)
 {
     struct frame frame;
-    struct error err = {0};
+    struct view small = *view;
+    small.width_px = WIDTH_PX / 4;
+    small.height_px = HEIGHT_PX / 4;
+    small.quality.shadow_resolution = SMALL_MAP;
+    if (!draw(s, &small, &frame))
+        return false;
+    frame_finish(&frame);
+    return true;
+}
+
+/* The picture as the technique makes it, and its time in a scene that has just come, without
+ * compiling programs: what has still some to compile is drawn again. *ms is 0 of what is not timed.
+ */
+static bool render(struct subject *s, const struct technique *t, struct image *color, double *ms)
+{
+    struct frame frame;
     struct view view = s->view;
-    view.quality = *quality;
-    for (int i = 0; i < (is_timed ? 2 : 1); i++) {
-        if (i > 0) {
+    view.quality = t->quality;
+    bool keeps_maps = t->drawing == KEEPS_MAPS;
+    bool is_compiled = keeps_maps || view.quality.reference;
+    if (!is_compiled && !draw_small(s, &view))
+        return false;
+    for (int i = 0; i == 0 || !is_compiled; i++) {
+        if (i > 0)
             frame_finish(&frame);
+        if (!keeps_maps)
             attach_again(s);
-        }
-        if (!renderer_render(s->renderer, s->rig.key, &view, &frame, &err)) {
-            if (err.code != ERROR_OVER_BUDGET)
-                fail_msg("%s: %s", s->name, err.message);
-            printf("%-26s refused: %s\n", s->name, err.message);
+        if (!draw(s, &view, &frame))
             return false;
-        }
+        is_compiled |= i > 0 || frame.report.counts.programs_built == 0;
     }
-    *ms = frame.report.total_ms;
+    refuse_substitutes(s, &frame);
+    *ms = keeps_maps ? 0 : frame.report.total_ms;
     *color = frame.outputs[VIEW_OUTPUT_COLOR];
     frame.outputs[VIEW_OUTPUT_COLOR] = (struct image){0};
     frame_finish(&frame);
@@ -317,20 +395,27 @@ static bool render(struct subject *s, const struct view_quality *quality, bool i
 }
 
 /* A reference of whole pictures takes minutes where light has an area or is scattered. */
-static int comparisons_of(const struct subject *s)
+static bool has_comparison(const struct subject *s, enum comparison comparison)
 {
-    return s->content > TEXTURED ? SAME_SAMPLES + 1 : COMPARISONS;
+    return comparison == STRAIGHT   ? s->shows_layers
+           : comparison == PICTURES ? s->content <= TEXTURED
+                                    : s->content < STACK;
 }
 
 static void render_references(struct subject *s)
 {
-    for (int i = 0; i < comparisons_of(s); i++) {
+    for (int i = 0; i < COMPARISONS; i++) {
         double ms;
-        struct view_quality truth = {.reference = true,
-                                     .samples = i == PICTURES ? REFERENCE_SAMPLES : 1};
-        assert_true(render(s, &truth, false, &s->references[i], &ms));
-        measure(s, &(struct technique){"reference", (enum comparison)i, {0}, {0}, {0}, false},
-                &s->references[i], ms);
+        const struct technique truth = {
+            .name = "reference",
+            .comparison = (enum comparison)i,
+            .quality = {.reference = true,
+                        .samples = i == PICTURES ? REFERENCE_SAMPLES : 1,
+                        .refraction = i == STRAIGHT ? VIEW_REFRACTION_OFF : VIEW_REFRACTION_AUTO}};
+        if (!has_comparison(s, truth.comparison))
+            continue;
+        assert_true(render(s, &truth, &s->references[i], &ms));
+        measure(s, &truth, &s->references[i], ms);
     }
 }
 
@@ -345,14 +430,14 @@ static void compare_techniques(struct subject *s)
     render_references(s);
     for (int i = 0; i < TECHNIQUES; i++) {
         struct image color;
-        if ((techniques[i].needs_opaque && !s->is_opaque) || !techniques[i].flip[s->content] ||
-            (int)techniques[i].comparison >= comparisons_of(s) ||
-            !render(s, &techniques[i].quality, true, &color, &ms))
+        if ((techniques[i].drawing == IF_OPAQUE && !s->is_opaque) ||
+            !techniques[i].flip[s->content] || !has_comparison(s, techniques[i].comparison) ||
+            !render(s, &techniques[i], &color, &ms))
             continue;
         measure(s, &techniques[i], &color, ms);
         image_finish(&color);
     }
-    for (int i = 0; i < comparisons_of(s); i++)
+    for (int i = 0; i < COMPARISONS; i++)
         image_finish(&s->references[i]);
     rig_scene_finish(&s->rig, s->renderer);
     if (s->failures)
@@ -428,8 +513,10 @@ static void room_of_glass_spheres(void **state)
     struct closed_form_scene scene;
     room_scene_build(&(struct room_scene_desc){.light_count = 20, .seed = 3, .glass_spheres = 20},
                      &scene);
-    compare_glb(&(struct subject){.renderer = *state, .name = "room, 20 lights, glass"}, "Room",
-                &scene);
+    compare_glb(&(struct subject){.renderer = *state,
+                                  .name = "room, 20 lights, glass",
+                                  .shows_layers = true},
+                "Room", &scene);
 }
 
 static void room_of_opaque_spheres(void **state)
@@ -546,6 +633,60 @@ static void panes_over_smoke(void **state)
                 NULL, &scene);
 }
 
+/* ---- what is transparent, as the camera sees it ---- */
+
+static const struct view_light without_shadows = {.type = SCENE_LIGHT_POINT,
+                                                  .position = {0.4, 7, 2},
+                                                  .color = {1, 1, 1},
+                                                  .intensity = 200,
+                                                  .casts_no_shadow = true};
+
+static void stack_of_panes_from_above(void **state)
+{
+    static const double colors[8][4] = {
+        {1, 0.2, 0.1, 0.3},   {0.1, 0.3, 1, 0.5},   {0.9, 0.9, 0.2, 0.4}, {0.1, 0.8, 0.3, 0.6},
+        {0.8, 0.1, 0.8, 0.3}, {0.2, 0.9, 0.9, 0.5}, {1, 0.5, 0.1, 0.4},   {0.3, 0.3, 0.4, 0.5}};
+    struct closed_form_scene scene;
+    panes_scene_build(&(struct panes_scene_desc){.pane_count = 8,
+                                                 .colors = colors,
+                                                 .is_blend = true,
+                                                 .spacing = 0.2,
+                                                 .light = GLB_LIGHT_SPOT},
+                      &scene);
+    compare_glb(&(struct subject){.renderer = *state,
+                                  .name = "8 panes from above",
+                                  .content = STACK,
+                                  .shows_layers = true,
+                                  .view = {.camera = {.kind = VIEW_CAMERA_LOOK_AT,
+                                                      .eye = {1.5, 4.5, 2.5},
+                                                      .target = {0, 1.7, 0},
+                                                      .fov_y_deg = 40},
+                                           .lights = &without_shadows,
+                                           .light_count = 1,
+                                           .ignore_scene_lights = true}},
+                NULL, &scene);
+}
+
+static void panes_through_one_another(void **state)
+{
+    struct closed_form_scene scene;
+    random_panes_scene_build(
+        &(struct random_panes_scene_desc){.pane_count = 40, .seed = 9, .light = GLB_LIGHT_SPOT},
+        &scene);
+    compare_glb(&(struct subject){.renderer = *state,
+                                  .name = "40 panes from the side",
+                                  .content = INTERLOCKED,
+                                  .shows_layers = true,
+                                  .view = {.camera = {.kind = VIEW_CAMERA_LOOK_AT,
+                                                      .eye = {2.5, 2.8, 4.5},
+                                                      .target = {0, 2.4, 0},
+                                                      .fov_y_deg = 36},
+                                           .lights = &without_shadows,
+                                           .light_count = 1,
+                                           .ignore_scene_lights = true}},
+                NULL, &scene);
+}
+
 /* ---- all of them ---- */
 
 /* Says in the report what it was measured on. */
@@ -583,6 +724,8 @@ int main(void)
         cmocka_unit_test(panes_under_a_rectangle),
         cmocka_unit_test(panes_in_haze),
         cmocka_unit_test(panes_over_smoke),
+        cmocka_unit_test(stack_of_panes_from_above),
+        cmocka_unit_test(panes_through_one_another),
     };
     return cmocka_run_group_tests(tests, setup, render_rig_teardown);
 }

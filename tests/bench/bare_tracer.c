@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "renderer/base/matrix.h"
+#include "renderer/base/sample_pattern.h"
 #include "renderer/raytrace/embree.h"
 #include "renderer/scene/scene.h"
 
@@ -243,7 +244,7 @@ static void add_light(const struct bare_tracer *tracer, const struct state_light
 }
 
 /* From layer to layer, until all rays have ended. */
-static void trace(const struct bare_tracer *tracer, const struct scene_state *state,
+static void trace(const struct bare_tracer *tracer, const struct scene_state *state, bool is_lit,
                   struct RTCRayHit8 *query, struct lanes *lanes, uint64_t *rays)
 {
     _Alignas(64) int valid[LANES];
@@ -260,7 +261,7 @@ static void trace(const struct bare_tracer *tracer, const struct scene_state *st
         left = 0;
         for (int i = 0; i < LANES; i++)
             lanes->is_active[i] &= query->hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
-        for (size_t light = 0; light < state->light_count; light++)
+        for (size_t light = 0; is_lit && light < state->light_count; light++)
             add_light(tracer, &state->lights[light], query, lanes, rays);
         for (int i = 0; i < LANES; i++) {
             if (!lanes->is_active[i])
@@ -276,12 +277,14 @@ static void trace(const struct bare_tracer *tracer, const struct scene_state *st
     }
 }
 
+/* place: in each pixel, y up. */
 static void begin(const struct camera *camera, const struct image *image, int x, int y,
-                  struct RTCRayHit8 *query, struct lanes *lanes)
+                  const double place[2], struct RTCRayHit8 *query, struct lanes *lanes)
 {
     for (int i = 0; i < LANES; i++) {
-        double px = (2 * (x + i % COLUMNS + 0.5) / image->width_px - 1) * camera->half_width;
-        double py = (1 - 2 * (y + i / COLUMNS + 0.5) / image->height_px) * camera->half_height;
+        double right = x + i % COLUMNS + place[0], down = y + i / COLUMNS + 1 - place[1];
+        double px = (2 * right / image->width_px - 1) * camera->half_width;
+        double py = (1 - 2 * down / image->height_px) * camera->half_height;
         float d[3];
         for (int k = 0; k < 3; k++) {
             d[k] = (float)(camera->right[k] * px + camera->up[k] * py - camera->back[k]);
@@ -306,10 +309,13 @@ static void begin(const struct camera *camera, const struct image *image, int x,
 }
 
 bool bare_tracer_render(const struct bare_tracer *tracer, const struct camera *camera,
-                        const struct scene_state *state, struct image *image, uint64_t *rays,
-                        struct error *err)
+                        const struct scene_state *state, int samples, struct image *image,
+                        uint64_t *rays, struct error *err)
 {
     const int width = image->width_px, height = image->height_px;
+    double places[8][2] = {{0.5, 0.5}};
+    for (int s = 0; samples > 1 && s < samples; s++)
+        sample_pattern_place(samples, s, places[s]);
     *rays = 0;
     if (camera->is_orthographic)
         return error_set(err, ERROR_UNSUPPORTED, "the bare ray tracer has a perspective camera");
@@ -317,8 +323,10 @@ bool bare_tracer_render(const struct bare_tracer *tracer, const struct camera *c
         for (int x = 0; x < width; x += COLUMNS) {
             struct RTCRayHit8 query;
             struct lanes lanes;
-            begin(camera, image, x, y, &query, &lanes);
-            trace(tracer, state, &query, &lanes, rays);
+            for (int s = samples - 1; s >= 0; s--) { /* the first one's radiance is left */
+                begin(camera, image, x, y, places[s], &query, &lanes);
+                trace(tracer, state, s == 0, &query, &lanes, rays);
+            }
             for (int i = 0; i < LANES; i++) {
                 int column = x + i % COLUMNS, row = y + i / COLUMNS;
                 if (column >= width || row >= height)

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The yardstick of suite `traced`: the least that a renderer on Embree does for coloured shadows.
  * Packets of 8 rays in f32, one ray in the middle of each pixel, every light asked at every layer,
- * Lambert's cosine alone, one colour and one filter per mesh, no textures, no media. Thread: one.
+ * Lambert's cosine alone, one colour and one filter per mesh, no textures, no media. With several
+ * samples the others only find what they meet: light is asked for at the first one alone. Thread:
+ * one.
  */
 #ifndef VITRAIL_TESTS_BENCH_BARE_TRACER_H
 #define VITRAIL_TESTS_BENCH_BARE_TRACER_H
@@ -19,9 +21,10 @@ void bare_tracer_destroy(struct bare_tracer *tracer);
 /* What Embree has allocated for it, triangles included. */
 uint64_t bare_tracer_size_bytes(const struct bare_tracer *tracer);
 
-/* A picture of linear radiance. rays: out, camera rays and shadow rays together. */
+/* A picture of linear radiance. samples: 1, 4 or 8. rays: out, camera rays and shadow rays
+ * together. */
 MUST_CHECK bool bare_tracer_render(const struct bare_tracer *tracer, const struct camera *camera,
-                                   const struct scene_state *state, struct image *image,
-                                   uint64_t *rays, struct error *err);
+                                   const struct scene_state *state, int samples,
+                                   struct image *image, uint64_t *rays, struct error *err);
 
 #endif

@@ -68,7 +68,7 @@ static const char usage[] =
     "  --quick         the smallest cases, to see that everything runs\n"
     "  --size WxH      size of the image, or number of lookups (the suite's own)\n"
     "  --scene NAME    only this scene: demo, sponza, panes, quads,\n"
-    "                  assembly, foliage\n"
+    "                  assembly, foliage, boxes, spheres, colonnade\n"
     "  --pictures      save a picture of each variant below images/ of the build folder\n";
 
 static bool read_number(const char *text, double low, double high, double *value)

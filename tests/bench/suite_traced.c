@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* Suite `traced`: wholly ray traced pictures on one core against the bare ray tracer of
- * bare_tracer.h, on scenes that the forecasts were not fitted to; another camera for each picture.
+ * bare_tracer.h, on scenes that the forecasts were not fitted to and on the demo scene, whose
+ * textures the bare one does not read; another camera for each picture.
  */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "glb/demo_scene.h"
 #include "glb/shapes.h"
 #include "renderer/raytrace/raytrace.h"
 #include "tests/bench/bare_tracer.h"
@@ -17,27 +19,28 @@
 
 static const double HALF_M = 10; /* of the floor */
 
-enum { ONE_SAMPLE, FOUR_SAMPLES, BARE, VARIANTS };
+enum { ONE_SAMPLE, FOUR_SAMPLES, BARE, BARE_FOUR, VARIANTS };
 
 struct traced_case {
-    const char *name;
+    const char *scene, *name;
     int panes, spheres, quads; /* blended; opaque; blended, at random */
-    size_t spots;
+    size_t spots;              /* 0: the demo scene in its own lights, from where live views look */
     bool has_boxes, has_columns;
     double one_over_bare; /* goal */
 };
 
 static const struct traced_case cases[] = {
-    {"five panes, 1 spot", 5, 0, 0, 1, false, false, 1.3},
-    {"3000 boxes, 50 spots", 0, 0, 0, 50, true, false, 1.3},
-    {"3000 boxes, 100 spots", 0, 0, 0, 100, true, false, 0.4},
-    {"3000 boxes, 250 spots", 0, 0, 0, 250, true, false, 0.4},
-    {"1000 spheres, 1 spot", 0, 1000, 0, 1, false, false, 1.3},
-    {"1000 spheres, 500 quads, 1 spot", 0, 1000, 500, 1, false, false, 1.3},
-    {"1000 spheres, 2000 quads, 1 spot", 0, 1000, 2000, 1, false, false, 1.3},
-    {"colonnade, 5 spots", 0, 0, 0, 5, false, true, 1.3},
-    {"colonnade, 15 spots", 0, 0, 0, 15, false, true, 1.3},
-    {"colonnade, 25 spots", 0, 0, 0, 25, false, true, 1.3},
+    {"panes", "five panes, 1 spot", 5, 0, 0, 1, false, false, 1.3},
+    {"boxes", "3000 boxes, 50 spots", 0, 0, 0, 50, true, false, 1.3},
+    {"boxes", "3000 boxes, 100 spots", 0, 0, 0, 100, true, false, 0.4},
+    {"boxes", "3000 boxes, 250 spots", 0, 0, 0, 250, true, false, 0.4},
+    {"spheres", "1000 spheres, 1 spot", 0, 1000, 0, 1, false, false, 1.3},
+    {"quads", "1000 spheres, 500 quads, 1 spot", 0, 1000, 500, 1, false, false, 1.3},
+    {"quads", "1000 spheres, 2000 quads, 1 spot", 0, 1000, 2000, 1, false, false, 1.3},
+    {"colonnade", "colonnade, 5 spots", 0, 0, 0, 5, false, true, 1.3},
+    {"colonnade", "colonnade, 15 spots", 0, 0, 0, 15, false, true, 1.3},
+    {"colonnade", "colonnade, 25 spots", 0, 0, 0, 25, false, true, 1.3},
+    {"demo", "demo scene, 12 lights", 0, 0, 0, 0, false, false, 1.3},
 };
 
 static int add_material(struct glb_builder *builder, uint64_t *state, double alpha)
@@ -92,8 +95,14 @@ static void add_quads(struct glb_builder *builder, uint64_t *state, int count)
     add_part(builder, &shape, add_material(builder, state, 0.4));
 }
 
-static void set_camera(struct view *view, double around)
+static void set_camera(struct view *view, const struct traced_case *one, double around)
 {
+    if (!one->spots) {
+        view->camera = (struct view_camera){.kind = VIEW_CAMERA_LOOK_AT,
+                                            .eye = {6 * sin(around), 2.4, 6 * cos(around)},
+                                            .target = {0, 1.8, 0}};
+        return;
+    }
     view->camera = (struct view_camera){.kind = VIEW_CAMERA_LOOK_AT,
                                         .eye = {12 * cos(around), 5, 12 * sin(around)},
                                         .target = {0, 1, 0},
@@ -132,12 +141,19 @@ static bool make_own(struct generated_scene *scene, const struct traced_case *on
     return ok;
 }
 
+static bool make_demo(struct generated_scene *scene, struct error *err)
+{
+    scene->view = (struct view){.outputs = 1u << VIEW_OUTPUT_COLOR};
+    return demo_scene_build(&(struct demo_scene_desc){0}, &scene->glb, &scene->glb_bytes, err);
+}
+
 /* Zeroed before. */
 struct subject {
     struct generated_scene scene;
     struct imported_scene imported;
     struct raytrace_cache *cache;
     struct bare_tracer *bare;
+    double surfaces[VARIANTS], shadow_rays[VARIANTS]; /* sums; ours alone */
 };
 
 static bool subject_init(struct subject *subject, const struct traced_case *one, const int size[2],
@@ -145,6 +161,7 @@ static bool subject_init(struct subject *subject, const struct traced_case *one,
 {
     bool ok = one->has_boxes     ? generated_scene_make_boxes(&subject->scene, one->spots, 1, err)
               : one->has_columns ? generated_scene_make_colonnade(&subject->scene, err)
+              : !one->spots      ? make_demo(&subject->scene, err)
                                  : make_own(&subject->scene, one, err);
     struct view *view = &subject->scene.view;
     view->light_count = one->spots;
@@ -164,15 +181,15 @@ static void subject_finish(struct subject *subject)
     generated_scene_finish(&subject->scene);
 }
 
-static bool draw(struct subject *subject, int variant, double around, double *cpu_ms,
-                 struct image *image, struct error *err)
+static bool draw(struct subject *subject, const struct traced_case *one, int variant, double around,
+                 double *cpu_ms, struct image *image, struct error *err)
 {
     struct scene_state state = {0};
     struct camera camera;
-    struct raytrace_stats stats;
+    struct raytrace_stats stats = {0};
     struct view view = subject->scene.view;
     uint64_t rays;
-    set_camera(&view, around);
+    set_camera(&view, one, around);
     bool ok = scene_state_init(&state, &subject->imported.scene, &view, err) &&
               camera_resolve(&camera, &view, &state, err);
     const struct raytrace_desc desc = {.view = &view,
@@ -181,15 +198,19 @@ static bool draw(struct subject *subject, int variant, double around, double *cp
                                        .samples = variant == FOUR_SAMPLES ? 4 : 1,
                                        .cache = subject->cache,
                                        .threads = 1};
-    if (ok && variant == BARE && !subject->bare)
+    const bool is_bare = variant == BARE || variant == BARE_FOUR;
+    if (ok && is_bare && !subject->bare)
         ok = (subject->bare = bare_tracer_create(&state, err));
-    if (ok && variant == BARE)
+    if (ok && is_bare)
         ok = image_init(image, view.width_px, view.height_px, 4, IMAGE_F32, err);
     double begin = cpu_now_ms();
     if (ok)
-        ok = variant == BARE ? bare_tracer_render(subject->bare, &camera, &state, image, &rays, err)
-                             : raytrace_render(&desc, image, &stats, err);
+        ok = is_bare ? bare_tracer_render(subject->bare, &camera, &state,
+                                          variant == BARE_FOUR ? 4 : 1, image, &rays, err)
+                     : raytrace_render(&desc, image, &stats, err);
     *cpu_ms = cpu_now_ms() - begin;
+    subject->surfaces[variant] += (double)stats.surfaces;
+    subject->shadow_rays[variant] += (double)stats.shadow_rays;
     scene_state_finish(&state);
     return ok;
 }
@@ -198,17 +219,17 @@ static void tell(struct bench *bench, const struct traced_case *one,
                  const struct samples ms[VARIANTS])
 {
     static const char *const names[VARIANTS] = {"cpu ms, 1 sample", "cpu ms, 4 samples",
-                                                "cpu ms, bare"};
+                                                "cpu ms, bare", "cpu ms, bare, 4 camera rays"};
     double median[VARIANTS];
     for (int i = 0; i < VARIANTS; i++) {
         median[i] = samples_summary(&ms[i]).median;
-        bench_check(bench, &(struct check){.scene = "traced",
+        bench_check(bench, &(struct check){.scene = one->scene,
                                            .subject = one->name,
                                            .name = names[i],
                                            .value = median[i],
                                            .p = NAN});
     }
-    bench_check(bench, &(struct check){.scene = "traced",
+    bench_check(bench, &(struct check){.scene = one->scene,
                                        .subject = one->name,
                                        .name = "cpu 1 sample / bare",
                                        .value = median[ONE_SAMPLE] / median[BARE],
@@ -216,13 +237,37 @@ static void tell(struct bench *bench, const struct traced_case *one,
                                        .bound = one->one_over_bare,
                                        .p = samples_difference_p(&ms[ONE_SAMPLE], &ms[BARE])});
     bench_check(bench,
-                &(struct check){.scene = "traced",
+                &(struct check){.scene = one->scene,
                                 .subject = one->name,
                                 .name = "cpu 4 samples / 1 sample",
                                 .value = median[FOUR_SAMPLES] / median[ONE_SAMPLE],
                                 .relation = "<=",
                                 .bound = 1.5,
                                 .p = samples_difference_p(&ms[FOUR_SAMPLES], &ms[ONE_SAMPLE])});
+    const double further = median[BARE_FOUR] - median[BARE];
+    bench_check(bench, &(struct check){.scene = one->scene,
+                                       .subject = one->name,
+                                       .name = "1 sample and 3 bare camera rays / 1 sample",
+                                       .value = 1 + further / median[ONE_SAMPLE],
+                                       .p = samples_difference_p(&ms[BARE_FOUR], &ms[BARE])});
+}
+
+/* Of what is not shared among the samples of a pixel. */
+static void tell_shares(struct bench *bench, const struct traced_case *one,
+                        const struct subject *subject)
+{
+    const struct {
+        const char *name;
+        const double *of;
+    } rows[] = {{"surfaces, 4 samples / 1 sample", subject->surfaces},
+                {"shadow rays, 4 samples / 1 sample", subject->shadow_rays}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        bench_check(bench,
+                    &(struct check){.scene = one->scene,
+                                    .subject = one->name,
+                                    .name = rows[i].name,
+                                    .value = rows[i].of[FOUR_SAMPLES] / rows[i].of[ONE_SAMPLE],
+                                    .p = NAN});
 }
 
 /* What is kept from picture to picture, beside the decoded scene, which both read. */
@@ -237,7 +282,7 @@ static void tell_memory(struct bench *bench, const struct traced_case *one,
     } rows[] = {
         {"MB kept", ours / 1e6}, {"MB kept, bare", bare / 1e6}, {"kept / bare", ours / bare}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
-        bench_check(bench, &(struct check){.scene = "traced",
+        bench_check(bench, &(struct check){.scene = one->scene,
                                            .subject = one->name,
                                            .name = rows[i].name,
                                            .value = rows[i].value,
@@ -257,7 +302,7 @@ static bool run_case(struct bench *bench, const struct traced_case *one, struct 
         for (int i = 0; ok && i < VARIANTS; i++) {
             struct image image = {0};
             double cpu_ms = 0;
-            ok = draw(subject, i, 0.7 + 0.21 * rounds.done, &cpu_ms, &image, err);
+            ok = draw(subject, one, i, 0.7 + 0.21 * rounds.done, &cpu_ms, &image, err);
             if (ok && !rounds.is_warming)
                 samples_add(&ms[i], cpu_ms);
             if (ok && rounds.done == 0 && bench->options.saves_pictures) {
@@ -269,6 +314,7 @@ static bool run_case(struct bench *bench, const struct traced_case *one, struct 
         }
     if (ok) {
         tell(bench, one, ms);
+        tell_shares(bench, one, subject);
         tell_memory(bench, one, subject);
     }
     for (int i = 0; i < VARIANTS; i++)
@@ -282,7 +328,7 @@ bool suite_traced(struct bench *bench, struct error *err)
 {
     const size_t count = sizeof cases / sizeof *cases;
     for (size_t i = 0; i < (bench->options.is_quick ? 1 : count); i++)
-        if (!run_case(bench, &cases[i], err))
+        if (bench_wants_scene(bench, cases[i].scene) && !run_case(bench, &cases[i], err))
             return false;
     return true;
 }

@@ -107,6 +107,27 @@ static void haze_is_drawn_by_lists(void **state)
                  "weighted-blended does not go with haze: lists takes its place");
 }
 
+/* Of what is transparent, they have the order. */
+static void rays_take_its_place_with_a_warning(void **state)
+{
+    static const char warning[] =
+        "transparency weighted-blended does not go with ray traced pictures: rays take its place";
+    for (int is_named = 0; is_named < 2; is_named++) {
+        struct frame frame;
+        const struct pane_shot shot = {.transparency = is_named ? TRANSPARENCY_WEIGHTED_BLENDED
+                                                                : TRANSPARENCY_LISTS,
+                                       .shadows = SHADOWS_RAYTRACED,
+                                       .side_px = SIDE_PX,
+                                       .samples = 1};
+        pane_stack_render(*state, three, 3, &shot, &frame);
+        assert_int_equal(report_has_warning(&frame.report, warning), is_named);
+        const float *seen = image_pixel_f32(&frame.outputs[VIEW_OUTPUT_COLOR], 4, 4);
+        for (int c = 0; c < 3; c++)
+            assert_true(fabs((double)seen[c] - pane_stack_exact(three, 3, c)) < 1e-4);
+        frame_finish(&frame);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -114,6 +135,7 @@ int main(void)
         cmocka_unit_test(no_layer_is_lost_among_many),
         cmocka_unit_test(what_refracts_is_drawn_by_lists),
         cmocka_unit_test(haze_is_drawn_by_lists),
+        cmocka_unit_test(rays_take_its_place_with_a_warning),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -125,25 +125,35 @@ static double sun_scattered(const struct view *view, const double way[3], double
            phase(view->atmosphere.anisotropy, cosine) * (exp(-s * from) - exp(-s * to));
 }
 
+static double cone_passes(const struct view_light *light, double cosine)
+{
+    double outer = cos(light->outer_cone_deg * M_PI / 180);
+    double inner = cos(light->inner_cone_deg * M_PI / 180);
+    double part = fmin(fmax((cosine - outer) / (inner - outer), 0), 1);
+    return light->type == SCENE_LIGHT_SPOT ? part * part : 1;
+}
+
+/* Of the view's first light, which looks down where it is a spot. */
 static double lamp_scattered(const struct view *view, const double way[3], double end, int k)
 {
     enum { STEPS = 20000 };
     const struct view_atmosphere *air = &view->atmosphere;
+    const struct view_light *light = view->lights;
     const double eye[3] = {0, 0, 0};
     double sum = 0;
     for (int i = 0; i < STEPS; i++) {
         double t = end * (i + 0.5) / STEPS, p[3], d2 = 0, cosine = 0;
         for (int j = 0; j < 3; j++) {
             p[j] = t * way[j];
-            d2 += (p[j] - lamp.position[j]) * (p[j] - lamp.position[j]);
-            cosine += (p[j] - lamp.position[j]) * -way[j];
+            d2 += (p[j] - light->position[j]) * (p[j] - light->position[j]);
+            cosine += (p[j] - light->position[j]) * -way[j];
         }
-        double tau = depth(air, eye, p) + depth(air, p, lamp.position);
+        double tau = depth(air, eye, p) + depth(air, p, light->position);
         sum += atmosphere_extinction(air, p[1]) * phase(air->anisotropy, cosine / sqrt(d2)) / d2 *
-               exp(-tau);
+               cone_passes(light, (light->position[1] - p[1]) / sqrt(d2)) * exp(-tau);
     }
-    return sum * end / STEPS * (double)air->color[k] * (double)lamp.color[k] *
-           (double)lamp.intensity;
+    return sum * end / STEPS * (double)air->color[k] * (double)light->color[k] *
+           (double)light->intensity;
 }
 
 /* The unit way of a pixel's ray, and how long it is to a plane across the view. */
@@ -221,11 +231,43 @@ static void lamps_agree_with_quadrature(void **state)
     rig_scene_finish(&rig, *state);
 }
 
+static const double lamp_px[2] = {107.02, 29.56}; /* where the lamp is seen */
+
+/* Slices are thick against the distance of these columns from the lamp, so that the phase function
+ * differs widely between the points of one. */
+static void columns_beside_a_lamp_have_its_light(void **state)
+{
+    enum { NEAREST = 3, RINGS = 7 };
+    struct rig_scene rig;
+    open_stage(&rig, *state, &(struct stage){.wall_glow = 0});
+    for (int form = 0; form < FORMS; form++) {
+        double found[RINGS] = {0}, expected[RINGS] = {0};
+        struct view view = look(&lamp, 1);
+        view.quality.shadows = forms[form];
+        struct image image = shoot_color(*state, &rig, &view);
+        for (int i = 0; i < 21 * 21; i += 2) {
+            int x = 97 + i % 21, y = 19 + i / 21;
+            double way[3], end = way_of(&view, x, y, wall_z, way);
+            int ring = (int)hypot(x + 0.5 - lamp_px[0], y + 0.5 - lamp_px[1]) - NEAREST;
+            if (ring < 0 || ring >= RINGS)
+                continue;
+            found[ring] += (double)image_pixel_f32(&image, x, y)[1];
+            expected[ring] += lamp_scattered(&view, way, end, 1);
+        }
+        for (int ring = 0; ring < RINGS; ring++)
+            if (!(fabs(found[ring] / expected[ring] - 1) < 0.02))
+                fail_msg("%s, %d pixels from the lamp: %.3f of the light",
+                         shadow_technique_name((int)forms[form]), ring + NEAREST,
+                         found[ring] / expected[ring]);
+        image_finish(&image);
+    }
+    rig_scene_finish(&rig, *state);
+}
+
 /* Around a lamp in the picture the haze glows like one over the distance from it, which rays find
  * sharper than the columns of the grid are: one pixel wide, and two with few slices. */
 static void a_lamp_in_the_haze_glows_sharply(void **state)
 {
-    static const double lamp_px[2] = {107.02, 29.56};
     static const int slices[] = {64, 16};
     struct rig_scene rig;
     open_stage(&rig, *state, &(struct stage){.wall_glow = 0});
@@ -247,6 +289,64 @@ static void a_lamp_in_the_haze_glows_sharply(void **state)
         }
         assert_true(count >= 5);
         image_finish(&image);
+    }
+    rig_scene_finish(&rig, *state);
+}
+
+/* Light of a spot that looks down, over what is expected, in the pixels around it: by the integral
+ * of each ray, 4 x 4 in a pixel. */
+static double find_cone_share(struct renderer *renderer, const struct rig_scene *rig,
+                              const struct view *view, const double spot_px[2])
+{
+    enum { REACH = 3, PARTS = 4 };
+    const int left = (int)spot_px[0] - REACH, top = (int)spot_px[1] - REACH;
+    struct view fine = *view;
+    struct image image = shoot_color(renderer, rig, view);
+    double found = 0, expected = 0;
+    fine.width_px *= PARTS;
+    fine.height_px *= PARTS;
+    for (int y = top; y <= top + 2 * REACH; y++)
+        for (int x = left; x <= left + 2 * REACH; x++)
+            found += (double)image_pixel_f32(&image, x, y)[0];
+    for (int y = PARTS * top; y < PARTS * (top + 2 * REACH + 1); y++)
+        for (int x = PARTS * left; x < PARTS * (left + 2 * REACH + 1); x++) {
+            double way[3], end = way_of(&fine, x, y, wall_z, way);
+            expected += lamp_scattered(&fine, way, end, 0) / (PARTS * PARTS);
+        }
+    image_finish(&image);
+    return found / expected;
+}
+
+/* The cone of a spot in the picture begins within a column. The ray in its middle misses the thin
+ * end of the cone in the first place, and meets it in the second. */
+static void the_cone_of_a_spot_has_its_light(void **state)
+{
+    static const double moves_px[2][2] = {{0, 0}, {-0.3, -0.47}};
+    static const int slices[] = {64, 256};
+    const double pixel_m = -2 * lamp.position[2] * tan(25 * M_PI / 180) / (HEIGHT * 2 / 5);
+    struct rig_scene rig;
+    open_stage(&rig, *state, &(struct stage){.wall_glow = 0});
+    for (int i = 0; i < 8; i++) {
+        const double *move = moves_px[i / 2 % 2];
+        const double px[2] = {lamp_px[0] * 2 / 5 + move[0], lamp_px[1] * 2 / 5 + move[1]};
+        struct view_light spot = lamp;
+        spot.type = SCENE_LIGHT_SPOT;
+        spot.direction[0] = spot.direction[2] = 0;
+        spot.direction[1] = -1;
+        spot.inner_cone_deg = 20;
+        spot.outer_cone_deg = 30;
+        spot.position[0] += move[0] * pixel_m;
+        spot.position[1] -= move[1] * pixel_m;
+        struct view view = look(&spot, 1);
+        view.quality.shadows = forms[i / 4];
+        view.quality.atmosphere_samples = slices[i % 2];
+        view.quality.samples = i / 4 ? 16 : 1;
+        view.width_px = WIDTH * 2 / 5;
+        view.height_px = HEIGHT * 2 / 5;
+        double share = find_cone_share(*state, &rig, &view, px);
+        if (!(fabs(share - 1) < (i / 4 ? 0.05 : 0.15)))
+            fail_msg("%s, %d slices: %.3f of the light of a spot",
+                     shadow_technique_name((int)forms[i / 4]), slices[i % 2], share);
     }
     rig_scene_finish(&rig, *state);
 }
@@ -676,7 +776,9 @@ int main(void)
     static const struct CMUnitTest tests[] = {
         cmocka_unit_test(even_haze_under_a_sun_is_exact),
         cmocka_unit_test(lamps_agree_with_quadrature),
+        cmocka_unit_test(columns_beside_a_lamp_have_its_light),
         cmocka_unit_test(a_lamp_in_the_haze_glows_sharply),
+        cmocka_unit_test(the_cone_of_a_spot_has_its_light),
         cmocka_unit_test(what_is_behind_is_dimmed),
         cmocka_unit_test(lamps_are_dimmed_on_their_way),
         cmocka_unit_test(layers_lie_in_the_haze),

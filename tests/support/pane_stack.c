@@ -79,6 +79,7 @@ void pane_stack_render(struct renderer *renderer, const struct pane *panes, int 
         .outputs = 1u << VIEW_OUTPUT_COLOR,
         .atmosphere = {.density_per_m = shot->haze, .color = {1, 1, 1}},
         .quality = {.transparency = shot->transparency,
+                    .shadows = shot->shadows,
                     .samples = shot->samples,
                     .faithful = shot->faithful},
     };

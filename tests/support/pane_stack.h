@@ -19,6 +19,7 @@ struct pane {
 
 struct pane_shot {
     enum transparency transparency;
+    enum shadow_technique shadows;
     int side_px, samples;
     bool faithful, is_perspective;
     double haze;
