@@ -137,6 +137,33 @@ static void only_what_a_part_covers_changes_its_shadow_hash(void **state)
     imported_scene_finish(&s);
 }
 
+static void a_node_that_matrices_put_too_far_away_is_named(void **state)
+{
+    (void)state;
+    struct imported_scene s = make();
+    struct view_node_override nodes[] = {
+        {.node = "Root",
+         .has_matrix = true,
+         .matrix = {1e7, 0, 0, 0, 0, 1e7, 0, 0, 0, 0, 1e7, 0, 0, 0, 0, 1}},
+        {.node = "Leaf",
+         .has_matrix = true,
+         .matrix = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 9e4, 0, 1}},
+    };
+    const struct view view = {
+        .width_px = 1, .height_px = 1, .nodes = nodes, .node_override_count = 2};
+    struct scene_state evaluated;
+    struct error err = {0};
+    assert_true(scene_state_init(&evaluated, &s.scene, &view, &err)); /* at 9e11 m */
+    assert_true(evaluated.items[0].bounds_min[1] == 9e11);
+    scene_state_finish(&evaluated);
+    nodes[1].matrix[13] = 1.1e5;
+    assert_false(scene_state_init(&evaluated, &s.scene, &view, &err));
+    assert_int_equal(err.code, ERROR_INVALID_REQUEST);
+    assert_non_null(strstr(err.message, "'Leaf'"));
+    assert_non_null(strstr(err.message, "1e+12 m"));
+    imported_scene_finish(&s);
+}
+
 static void assert_refused(const struct imported_scene *s, const struct compose_part *parts,
                            size_t count, enum error_code code, const char *word)
 {
@@ -193,6 +220,7 @@ int main(void)
         cmocka_unit_test(the_base_stays_and_parts_follow_by_their_names),
         cmocka_unit_test(long_names_of_parts_have_room),
         cmocka_unit_test(only_what_a_part_covers_changes_its_shadow_hash),
+        cmocka_unit_test(a_node_that_matrices_put_too_far_away_is_named),
         cmocka_unit_test(what_cannot_be_composed_is_named),
         cmocka_unit_test(what_was_evaluated_may_outlive_its_scene),
     };
