@@ -451,10 +451,11 @@ static int find_known(const struct run *run, int index)
     return found;
 }
 
-/* Texels of a map and what does not grow with it, as so many texels more: chosen. */
-static double map_work(int resolution)
+/* Rays of a map and what does not grow with it, as so many rays more: chosen. */
+static double map_work(const struct quality_setting *setting)
 {
-    return (double)resolution * resolution + 512. * 512.;
+    double rays = (double)setting->shadow_resolution * fmax(1, setting->shadow_prefilter);
+    return rays * rays + 512. * 512.;
 }
 
 /* The expected time of a setting; 0: nothing is known of its kind. */
@@ -469,8 +470,7 @@ static double expected_ms(const struct run *run, int index)
                      : run->traced_ms * setting->samples / run->options.reference_samples;
     if (family_of(setting) == SHADOW_FAMILY_POINTS) /* its surfaces, and their rays */
         return known ? ms : run->traced_ms / run->options.reference_samples;
-    return known ? ms * map_work(setting->shadow_resolution) / map_work(known->shadow_resolution)
-                 : 0;
+    return known ? ms * map_work(setting) / map_work(known) : 0;
 }
 
 /* The one that is expected to be the fastest, of one sample where that is open; -1 where each was
