@@ -103,13 +103,16 @@ const char *tradeoff_method(const struct quality_setting *setting)
 
 void tradeoff_extras_label(const struct quality_setting *setting, char label[TRADEOFF_EXTRAS_BYTES])
 {
-    char error[16] = "", rays[16] = "";
+    char map[40] = "", error[16] = "", rays[16] = "";
     const char *method = tradeoff_method(setting);
+    if (setting->shadow_resolution)
+        snprintf(map, sizeof map, " %d, %d tap%s", setting->shadow_resolution, setting->shadow_taps,
+                 setting->shadow_taps == 1 ? "" : "s");
     if (setting->shadow_compression > 0)
         snprintf(error, sizeof error, ", e %.3g", setting->shadow_compression);
     if (setting->shadow_prefilter > 1)
         snprintf(rays, sizeof rays, ", k %d", setting->shadow_prefilter);
-    snprintf(label, TRADEOFF_EXTRAS_BYTES, "%s%s%s%s", rays, error, method ? ", " : "",
+    snprintf(label, TRADEOFF_EXTRAS_BYTES, "%s%s%s%s%s", map, rays, error, method ? ", " : "",
              method ? method : "");
 }
 
@@ -122,15 +125,11 @@ void tradeoff_media_label(const struct quality_setting *setting, char label[TRAD
 
 void tradeoff_setting_label(const struct quality_setting *setting, char label[TRADEOFF_LABEL_BYTES])
 {
-    char map[40] = "";
-    if (setting->shadow_resolution)
-        snprintf(map, sizeof map, " %d, %d tap%s", setting->shadow_resolution, setting->shadow_taps,
-                 setting->shadow_taps == 1 ? "" : "s");
     char extras[TRADEOFF_EXTRAS_BYTES], media[TRADEOFF_MEDIA_BYTES];
     tradeoff_extras_label(setting, extras);
     tradeoff_media_label(setting, media);
-    snprintf(label, TRADEOFF_LABEL_BYTES, "%s%s%s, %d sample%s%s",
-             shadow_technique_name((int)setting->shadows), map, extras, setting->samples,
+    snprintf(label, TRADEOFF_LABEL_BYTES, "%s%s, %d sample%s%s",
+             shadow_technique_name((int)setting->shadows), extras, setting->samples,
              setting->samples == 1 ? "" : "s", media);
 }
 

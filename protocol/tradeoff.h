@@ -135,15 +135,16 @@ void tradeoff_warn(struct tradeoff *tradeoff, const char *format, ...)
 struct quality_setting tradeoff_setting_from_json(const json_t *members);
 /* The transparency that a setting names; NULL: none. */
 const char *tradeoff_method(const struct quality_setting *setting);
-/* What a setting says of deep lists and of transparent surfaces, as ", k 2, e 0.02, sorted"; ""
- * where both are as by default. */
-enum { TRADEOFF_EXTRAS_BYTES = 56, TRADEOFF_MEDIA_BYTES = 24 };
+/* What a setting says of maps, deep lists and transparent surfaces, after the name of its
+ * technique: " 512, 1 tap, k 2, e 0.02, sorted"; "" where the technique has no maps and all is as
+ * by default. */
+enum { TRADEOFF_EXTRAS_BYTES = 96, TRADEOFF_MEDIA_BYTES = 24 };
 void tradeoff_extras_label(const struct quality_setting *setting,
                            char label[TRADEOFF_EXTRAS_BYTES]);
 /* What it says of haze and density grids, as ", media 16"; "" for the default. */
 void tradeoff_media_label(const struct quality_setting *setting, char label[TRADEOFF_MEDIA_BYTES]);
 /* "deep 1024, 4 taps, 1 sample, media 16" */
-enum { TRADEOFF_LABEL_BYTES = 128 };
+enum { TRADEOFF_LABEL_BYTES = 176 };
 void tradeoff_setting_label(const struct quality_setting *setting,
                             char label[TRADEOFF_LABEL_BYTES]);
 

@@ -222,7 +222,7 @@ static void print_chosen(const struct render *render)
     const char *shadows = json_string_value(json_object_get(chosen, "shadows"));
     const char *because = json_string_value(json_object_get(chosen, "because"));
     const struct quality_setting setting = tradeoff_setting_from_json(chosen);
-    char text[FAILURE_MESSAGE_BYTES], map[48] = "", extras[TRADEOFF_EXTRAS_BYTES];
+    char text[FAILURE_MESSAGE_BYTES], extras[TRADEOFF_EXTRAS_BYTES];
     char media[TRADEOFF_MEDIA_BYTES];
 
     if (!shadows || !because)
@@ -230,10 +230,8 @@ static void print_chosen(const struct render *render)
     text_copy_printable(text, sizeof text, because);
     tradeoff_extras_label(&setting, extras);
     tradeoff_media_label(&setting, media);
-    if (setting.shadow_resolution)
-        snprintf(map, sizeof map, " %d, %d taps", setting.shadow_resolution, setting.shadow_taps);
-    printf("chosen: %.32s%s%s, %d samples per pixel%s: %s\n", shadows, map, extras, setting.samples,
-           media, text);
+    printf("chosen: %.32s%s, %d sample%s per pixel%s: %s\n", shadows, extras, setting.samples,
+           setting.samples == 1 ? "" : "s", media, text);
 }
 
 static void print_result_json(const struct render *render, double elapsed_s)

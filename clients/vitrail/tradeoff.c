@@ -246,17 +246,13 @@ static double median_ms(const json_t *setting, const char *name)
 
 static void print_setting(const json_t *row)
 {
-    char name[128], extras[TRADEOFF_EXTRAS_BYTES], media[TRADEOFF_MEDIA_BYTES];
+    char name[160], extras[TRADEOFF_EXTRAS_BYTES], media[TRADEOFF_MEDIA_BYTES];
     const struct quality_setting setting = tradeoff_setting_from_json(row);
     const char *shadows = json_string_value(json_object_get(row, "shadows"));
 
     tradeoff_extras_label(&setting, extras);
     tradeoff_media_label(&setting, media);
-    if (setting.shadow_resolution)
-        snprintf(name, sizeof name, "%.16s %d, %d taps%s%s", shadows ? shadows : "?",
-                 setting.shadow_resolution, setting.shadow_taps, extras, media);
-    else
-        snprintf(name, sizeof name, "%.16s%s%s", shadows ? shadows : "?", extras, media);
+    snprintf(name, sizeof name, "%.32s%s%s", shadows ? shadows : "?", extras, media);
     printf("%-28s x%-4d %10.1f %10.1f %12.6f\n", name, setting.samples, median_ms(row, "warm_ms"),
            median_ms(row, "cold_ms"),
            json_number_value(json_object_get(json_object_get(row, "error"), "rmse")));

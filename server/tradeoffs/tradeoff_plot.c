@@ -43,26 +43,34 @@ enum shape {
     SHAPE_SQUARE,
     SHAPE_DIAMOND,
     SHAPE_CIRCLE,
-    SHAPE_DROP, /* three quarters of a circle and a corner */
-    SHAPE_WEDGE /* a triangle on its tip */
+    SHAPE_DROP,  /* three quarters of a circle and a corner */
+    SHAPE_WEDGE, /* a triangle on its tip */
 };
 
-/* The marks of techniques by their number, which repeat if there are more techniques than marks. */
+/* Of techniques by their number. Where there are more techniques, colours repeat with other shapes.
+ */
 static const struct mark {
     const char *color, *dark; /* on paper; in the dark scheme */
     enum shape shape;
 } marks[] = {
-    {INK, "#ececf1", SHAPE_CROSS},          {"#7a7a86", "#9a9aa6", SHAPE_CROSS},
+    {INK, "#ececf1", SHAPE_SQUARE},         {"#7a7a86", "#9a9aa6", SHAPE_CROSS},
     {"#00795a", "#35c79a", SHAPE_TRIANGLE}, {"#c44e00", "#ff9248", SHAPE_SQUARE},
     {"#a8407f", "#e58ac2", SHAPE_DIAMOND},  {"#0063a8", "#63b8ff", SHAPE_CIRCLE},
     {"#5b4bc9", "#a99cff", SHAPE_DROP},     {"#8a6d00", "#e2c04a", SHAPE_WEDGE},
     {"#006d77", "#4fc9d4", SHAPE_DIAMOND},  {"#a02c2c", "#ff8a80", SHAPE_TRIANGLE},
 };
-enum { MARKS = sizeof marks / sizeof *marks };
+enum { MARKS = sizeof marks / sizeof *marks, SHAPES = SHAPE_WEDGE + 1, NEXT_SHAPE = 3 };
+_Static_assert(SHADOWS_COUNT <= SHAPES * MARKS && SHAPES % NEXT_SHAPE != 0,
+               "each has its own mark");
 
 static int mark_of(int technique)
 {
     return technique % MARKS;
+}
+
+static enum shape shape_of(int technique)
+{
+    return (marks[mark_of(technique)].shape + NEXT_SHAPE * (technique / MARKS)) % SHAPES;
 }
 
 struct box {
@@ -286,8 +294,7 @@ static void write_point(struct plot *plot, int index)
     if (row->flip >= 0)
         fprintf(out, ", FLIP %.4g", row->flip);
     fprintf(out, ", %.1f MiB</title>", (double)row->bytes / 1048576.);
-    write_shape(out, marks[mark_of((int)row->setting.shadows)].shape, x, y,
-                row->is_on_front ? 6 : 4.5);
+    write_shape(out, shape_of((int)row->setting.shadows), x, y, row->is_on_front ? 6 : 4.5);
     fputs("</g>\n", out);
     plot->taken[plot->taken_count++] = (struct box){x - 6, y - 6, x + 6, y + 6};
 }
@@ -378,12 +385,8 @@ static void write_short_label(const struct quality_setting *setting,
     tradeoff_extras_label(setting, extras);
     tradeoff_media_label(setting, media);
     const char *name = shadow_technique_name((int)setting->shadows);
-    if (setting->shadow_resolution)
-        snprintf(text, TRADEOFF_LABEL_BYTES, "%s %d, %d taps%s, ×%d%s", name,
-                 setting->shadow_resolution, setting->shadow_taps, extras, setting->samples, media);
-    else
-        snprintf(text, TRADEOFF_LABEL_BYTES, "%s%s%s×%d%s", name, extras, *extras ? ", " : " ",
-                 setting->samples, media);
+    snprintf(text, TRADEOFF_LABEL_BYTES, "%s%s%s×%d%s", name, extras, *extras ? ", " : " ",
+             setting->samples, media);
 }
 
 /* Tries places around the point, ever farther; a point in a crowd goes without a label. */
@@ -427,7 +430,7 @@ static void write_legend(struct plot *plot, bool has_threads)
         if (!is_used[s])
             continue;
         begin_mark(out, "", s, false);
-        write_shape(out, marks[mark_of(s)].shape, x, y, 5);
+        write_shape(out, shape_of(s), x, y, 5);
         fprintf(out, "</g><text " A_KEY " x=\"%d\" y=\"%d\">%s</text>\n", x + 14, y + 4,
                 shadow_technique_name(s));
         y += 22;
