@@ -296,8 +296,6 @@ static const char *const filter_sentences[] = {
     "(1 - alpha) * base_color",
     "(1 - alpha) * base_color / 2 (Modisett), for comparison",
 };
-_Static_assert(sizeof filter_sentences / sizeof *filter_sentences == REQUEST_BLEND_MODISETT + 1,
-               "each filter has a sentence");
 static const char *const volume_map_sentences[] = {
     "volume, faithful: half floats hold logarithms, which are added up (Kim, Kim and Turk)",
     "half floats hold light, which is multiplied; it does not return to what it was",
@@ -319,6 +317,16 @@ static const char *const visibility_sentences[] = {
     "light of an environment map passes everything in rasterised pictures",
     "rays find what is in its way: environment_samples of them at each surface of a pixel",
 };
+#define ASSERT_SENTENCES(sentences, last)                                 \
+    _Static_assert(sizeof(sentences) / sizeof *(sentences) == (last) + 1, \
+                   "each name has a sentence")
+ASSERT_SENTENCES(light_list_sentences, REQUEST_LIGHT_LISTS_LINKED);
+ASSERT_SENTENCES(filter_sentences, REQUEST_BLEND_MODISETT);
+ASSERT_SENTENCES(volume_map_sentences, REQUEST_VOLUME_FACTORS);
+ASSERT_SENTENCES(silhouette_form_sentences, REQUEST_SILHOUETTE_STENCIL);
+ASSERT_SENTENCES(refraction_sentences, REQUEST_REFRACTION_OFF);
+ASSERT_SENTENCES(visibility_sentences, REQUEST_VISIBILITY_RAYS);
+
 static const struct technique_kind technique_kinds[] = {
     {.key = "light_lists", .name = request_light_lists_name, .sentences = light_list_sentences},
     {.key = "blend_filter", .name = request_blend_filter_name, .sentences = filter_sentences},

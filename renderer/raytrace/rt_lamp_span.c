@@ -61,7 +61,7 @@ struct rt_span rt_lamp_span(const struct rt_scene *scene, const struct state_lig
     struct rt_span span = {0, INFINITY};
     if (light->type == SCENE_LIGHT_DIRECTIONAL || state_light_is_area(light))
         return span;
-    struct sight sight = {.cosine = cos((double)light->outer_cone_rad)};
+    struct sight sight;
     for (int k = 0; k < 3; k++) {
         sight.off[k] = origin[k] + scene->origin[k] - light->position[k];
         sight.way[k] = way[k];
@@ -69,7 +69,9 @@ struct rt_span rt_lamp_span(const struct rt_scene *scene, const struct state_lig
     }
     if (light->range > 0)
         cut_to_range(&sight, (double)light->range, &span);
-    if (light->type == SCENE_LIGHT_SPOT)
+    if (light->type == SCENE_LIGHT_SPOT) {
+        sight.cosine = cos((double)light->outer_cone_rad);
         cut_to_cone(&sight, &span);
+    }
     return span;
 }

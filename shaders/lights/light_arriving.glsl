@@ -9,8 +9,15 @@ bool light_is(light_record r, uint kind)
     return (LIGHT_KINDS & 1u << kind) != 0u && (LIGHT_KINDS == 1u << kind || r.type == kind);
 }
 
-// Luminous intensity towards the point over squared distance [lx]. KHR_lights_punctual: spot
-// falloff and range window.
+// The share that the cone of a spot lets through, by the cosine off its axis: KHR_lights_punctual.
+float light_cone(light_record r, float cos_off_axis)
+{
+    float cone = clamp(cos_off_axis * r.direction_cone.w + r.spot_offset, 0.0, 1.0);
+    return cone * cone;
+}
+
+// Luminous intensity towards the point over squared distance [lx], with the range window of
+// KHR_lights_punctual.
 vec3 light_arriving(light_record r, vec3 position, out vec3 l)
 {
     if (light_is(r, LIGHT_DIRECTIONAL)) {
@@ -31,10 +38,8 @@ vec3 light_arriving(light_record r, vec3 position, out vec3 l)
     float cos_off_axis = dot(r.direction_cone.xyz, -l);
     if (light_is(r, LIGHT_AREA))
         gain *= max(cos_off_axis, 0.0); // Lambert 1760: I = L A cos
-    if (light_is(r, LIGHT_SPOT)) {
-        float cone = clamp(cos_off_axis * r.direction_cone.w + r.spot_offset, 0.0, 1.0);
-        gain *= cone * cone;
-    }
+    if (light_is(r, LIGHT_SPOT))
+        gain *= light_cone(r, cos_off_axis);
 #ifdef HAS_ATMOSPHERE
     gain *= atmosphere_transmittance(position, r.position_range.xyz);
 #endif

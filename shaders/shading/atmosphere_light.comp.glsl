@@ -112,20 +112,14 @@ float column_scale(vec3 position)
 const float CONE_NEAR = 0.4, CONE_FAR = 1.2;
 const int CONE_SIDES = 16; // of the half circle
 
-float spot_passes(light_record r, float cosine)
-{
-    float cone = clamp(cosine * r.direction_cone.w + r.spot_offset, 0.0, 1.0);
-    return cone * cone;
-}
-
 // Around a spot, at a point `at` metres behind what is nearest to it and `apart` metres beside it.
-float spot_passes_around(light_record r, vec3 way, float at, float apart)
+float light_cone_around(light_record r, vec3 way, float at, float apart)
 {
     float along = dot(r.direction_cone.xyz, way), scale = inversesqrt(at * at + apart * apart);
     float across = apart * scale * sqrt(max(1.0 - along * along, 0.0)), sum = 0.0;
     for (int i = 0; i < CONE_SIDES; i++)
-        sum += spot_passes(r, along * at * scale +
-                                  across * cos(PI * (float(i) + 0.5) / float(CONE_SIDES)));
+        sum += light_cone(r, along * at * scale +
+                                 across * cos(PI * (float(i) + 0.5) / float(CONE_SIDES)));
     return sum / float(CONE_SIDES);
 }
 
@@ -133,8 +127,8 @@ float spot_passes_around(light_record r, vec3 way, float at, float apart)
 void open_cone(inout light_record r, vec3 way, float at, float apart, float near, inout vec3 p,
                inout float share)
 {
-    float own = spot_passes(r, dot(r.direction_cone.xyz, normalize(p - r.position_range.xyz)));
-    share *= mix(own, spot_passes_around(r, way, at, apart), near);
+    float own = light_cone(r, dot(r.direction_cone.xyz, normalize(p - r.position_range.xyz)));
+    share *= mix(own, light_cone_around(r, way, at, apart), near);
     if (own == 0.0) { // where the shadow map has nothing
         vec3 aside = r.direction_cone.xyz - dot(r.direction_cone.xyz, way) * way;
         aside *= apart * inversesqrt(max(dot(aside, aside), 1e-37));
