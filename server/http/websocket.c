@@ -57,11 +57,21 @@ static void wake(struct websocket_loop *loop)
 
 /* ---- what wslay asks for ---- */
 
+/* Reading stops while much waits to be sent, so that a client cannot make us queue without end. */
+static bool is_full(const struct websocket *socket)
+{
+    return wslay_event_get_queued_msg_count(socket->framing) > QUEUE_MAX;
+}
+
 static ssize_t receive(wslay_event_context_ptr framing, uint8_t *bytes, size_t capacity, int flags,
                        void *context)
 {
     (void)flags;
     struct websocket *socket = context;
+    if (is_full(socket)) {
+        wslay_event_set_error(framing, WSLAY_ERR_WOULDBLOCK);
+        return -1;
+    }
     size_t left = socket->extra_bytes - socket->extra_used;
     if (left > 0) {
         size_t count = left < capacity ? left : capacity;
@@ -197,11 +207,9 @@ static bool socket_begin(struct websocket *socket)
     return true;
 }
 
-/* Reading stops while much waits to be sent, so that a client cannot make us queue without end. */
 static bool wants_read(const struct websocket *socket)
 {
-    return wslay_event_want_read(socket->framing) && !socket->has_failed &&
-           wslay_event_get_queued_msg_count(socket->framing) <= QUEUE_MAX;
+    return wslay_event_want_read(socket->framing) && !socket->has_failed && !is_full(socket);
 }
 
 static void check_deadlines(struct websocket *socket, int64_t now)
