@@ -171,8 +171,10 @@ static bool read_file(struct png_source *source, bool keep_16_bits, struct error
         return false;
     png_structp png = source->png;
     png_set_read_fn(png, source, take);
+#ifdef PNG_IGNORE_ADLER32 /* a newer libpng may be built without */
     /* The CRC of each chunk has guarded the same bytes. */
     png_set_option(png, PNG_IGNORE_ADLER32, PNG_OPTION_ON);
+#endif
     skip_other_chunks(png);
     png_read_info(png, source->info);
     bool is_deep = keep_16_bits && png_get_bit_depth(png, source->info) == 16;
