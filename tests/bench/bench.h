@@ -14,14 +14,16 @@
 #include "tests/bench/meter.h"
 
 struct bench_options {
-    bool is_json;        /* one JSON document on standard output instead of tables */
-    bool is_quick;       /* the smallest case of a suite, few frames: does it still run? */
-    int frames;          /* rounds; 0 means 30, 5 when quick */
-    int warm_up;         /* rounds; 0 means 3, 1 when quick */
-    double seconds;      /* per case; 0 means 12, 2 when quick */
-    int width, height;   /* 0 means the suite's own */
-    const char *scene;   /* only this one; NULL means all that the suite has */
-    bool saves_pictures; /* of each variant, below images/ of the build folder */
+    bool is_json;      /* one JSON document on standard output instead of tables */
+    bool is_quick;     /* the smallest case of a suite, few frames: does it still run? */
+    int frames;        /* rounds; 0 means 30, 5 when quick */
+    int warm_up;       /* rounds; 0 means 3, 1 when quick */
+    double seconds;    /* per case; 0 means 12, 2 when quick */
+    int width, height; /* 0 means the suite's own */
+    const char *scene; /* only this one; NULL means all that the suite has */
+    /* Of suite `silhouettes`; 0 means the suite's own. */
+    int triangles, objects, texels; /* texels: of a side of a map */
+    bool saves_pictures;            /* of each variant, below images/ of the build folder */
 };
 
 struct bench {

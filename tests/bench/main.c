@@ -7,6 +7,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "protocol/limits.h"
 #include "server/base/processor.h"
 #include "tests/bench/bench.h"
 
@@ -69,6 +70,9 @@ static const char usage[] =
     "  --size WxH      size of the image, or number of lookups (the suite's own)\n"
     "  --scene NAME    only this scene: demo, sponza, panes, quads,\n"
     "                  assembly, foliage, boxes, spheres, colonnade\n"
+    "  --triangles N   of `silhouettes`: one grid of spheres with about so many together,\n"
+    "  --objects N     each an object, of which there are so many (100)\n"
+    "  --texels N      of `silhouettes`: per side of its shadow maps (2048)\n"
     "  --pictures      save a picture of each variant below images/ of the build folder\n";
 
 static bool read_number(const char *text, double low, double high, double *value)
@@ -93,6 +97,12 @@ static bool read_valued(struct bench_options *o, const char *name, const char *t
         o->warm_up = (int)number;
     else if (!strcmp(name, "--seconds") && read_number(text, 0.1, 1e6, &number))
         o->seconds = number;
+    else if (!strcmp(name, "--triangles") && read_number(text, 1, 1e8, &number))
+        o->triangles = (int)number;
+    else if (!strcmp(name, "--objects") && read_number(text, 1, 1e5, &number))
+        o->objects = (int)number;
+    else if (!strcmp(name, "--texels") && read_number(text, 1, LIMIT_SHADOW_RESOLUTION, &number))
+        o->texels = (int)number;
     else
         return false;
     return true;
