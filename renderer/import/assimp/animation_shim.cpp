@@ -233,8 +233,8 @@ void animation_writer::add_weights(const aiMeshMorphAnim &channel)
     for (const node_table::morphed &morphed : morphs->second) {
         std::vector<float> values;
         for (float time : times)
-            for (unsigned target = 0; target < morphed.targets; target++)
-                values.push_back(tracks[target].at(time));
+            for (unsigned c : morphed.channels)
+                values.push_back(tracks[c].at(time));
         int output = data.add_floats("SCALAR", values.size(), values);
         add_channel(input, output, morphed.node, "weights");
     }

@@ -231,16 +231,18 @@ const std::vector<mesh_group> &gltf_writer::group_meshes(const aiNode &node)
             continue;
         const aiMesh &mesh = *scene.mMeshes[index];
         mesh_group *into = nullptr;
-        size_t targets = targets_of(state, mesh).size();
+        std::vector<unsigned> channels;
+        for (const morph_target &target : targets_of(state, mesh))
+            channels.push_back(target.channel);
         for (mesh_group &group : groups)
-            if (!into && group.targets == targets && (group.skin >= 0) == (mesh.mNumBones > 0) &&
+            if (!into && group.channels == channels && (group.skin >= 0) == (mesh.mNumBones > 0) &&
                 (group.skin < 0 || skins.take(mesh, group.skin) >= 0))
                 into = &group;
         if (into) {
             into->meshes.push_back(index);
             continue;
         }
-        groups.push_back({{index}, targets, mesh.mNumBones > 0 ? skins.take(mesh, -1) : -1});
+        groups.push_back({{index}, channels, mesh.mNumBones > 0 ? skins.take(mesh, -1) : -1});
     }
     return groups_of[key] = groups;
 }
@@ -278,8 +280,8 @@ std::string gltf_writer::add_mesh(const aiNode &node, const mesh_group &group)
 
 void gltf_writer::note_morphed(const aiNode &node, size_t index, const mesh_group &group)
 {
-    if (group.targets > 0)
-        table.morphs[&node].push_back({index, group.targets});
+    if (!group.channels.empty())
+        table.morphs[&node].push_back({index, group.channels});
 }
 
 // The members of the first group; each other one becomes a node below.

@@ -55,7 +55,8 @@ class gltf_data
 // first, from the root down.
 struct node_table {
     struct morphed {
-        size_t node, targets; // of glTF
+        size_t node;                    // of glTF
+        std::vector<unsigned> channels; // of each target, by their number in assimp
     };
     explicit node_table(const aiScene &scene);
     const aiNode *find(const char *name) const;
@@ -66,12 +67,12 @@ struct node_table {
     std::map<std::string, const aiNode *> by_name;
 };
 
-// Which meshes of a node become one of glTF: such that have as many morph targets, and all bones or
-// none, of which one skin can be made.
+// Which meshes of a node become one of glTF: such that have the same morph targets, and all bones
+// or none, of which one skin can be made.
 struct mesh_group {
     std::vector<unsigned> meshes;
-    size_t targets;
-    int skin; // of the table of skins, -1: none
+    std::vector<unsigned> channels; // of each morph target
+    int skin;                       // of the table of skins, -1: none
 };
 
 class skin_table
@@ -102,8 +103,14 @@ class skin_table
     std::vector<skin> skins;
 };
 
-// The morph targets of a mesh that are taken, by their number in assimp.
-std::vector<unsigned> targets_of(conversion_state &state, const aiMesh &mesh);
+// A morph target of a mesh that is taken: its number among those of the mesh in assimp, and that of
+// the channel by which animations move it.
+struct morph_target {
+    unsigned index, channel;
+};
+// In the order of their names: newer versions of assimp list the same file's in another order each
+// time.
+std::vector<morph_target> targets_of(conversion_state &state, const aiMesh &mesh);
 void check_targets(const aiMesh &mesh, unsigned index); // before assimp's steps work on them
 // Assimp joins vertices of one place and normal, however these move. Such as move differently get
 // tangents that differ, which nothing else reads.

@@ -168,13 +168,13 @@ void check_targets(const aiMesh &mesh, unsigned index)
     for (unsigned t = 0; t < mesh.mNumAnimMeshes; t++) {
         const aiAnimMesh &target = *mesh.mAnimMeshes[t];
         if (target.mVertices && target.mNumVertices != mesh.mNumVertices)
-            refuse("mesh %u '%.60s': morph target %u '%.60s' has %u vertices, the mesh has %u",
-                   index, mesh.mName.C_Str(), t, target.mName.C_Str(), target.mNumVertices,
+            refuse("mesh %u '%.60s': morph target '%.60s' has %u vertices, the mesh has %u", index,
+                   mesh.mName.C_Str(), target.mName.C_Str(), target.mNumVertices,
                    mesh.mNumVertices);
         for (unsigned v = 0; target.mVertices && v < target.mNumVertices; v++)
             if (!is_finite(target.mVertices[v]))
-                refuse("mesh %u '%.60s': vertex %u of morph target %u '%.60s' is not finite", index,
-                       mesh.mName.C_Str(), v, t, target.mName.C_Str());
+                refuse("mesh %u '%.60s': vertex %u of morph target '%.60s' is not finite", index,
+                       mesh.mName.C_Str(), v, target.mName.C_Str());
     }
 }
 
@@ -222,9 +222,9 @@ void keep_apart(aiMesh &mesh)
 
 // FBX has shapes between none and the whole of a channel, which assimp lists one after another by
 // the name of the channel: the last is the whole.
-std::vector<unsigned> targets_of(conversion_state &state, const aiMesh &mesh)
+std::vector<morph_target> targets_of(conversion_state &state, const aiMesh &mesh)
 {
-    std::vector<unsigned> taken;
+    std::vector<morph_target> taken;
     for (unsigned t = 0; t < mesh.mNumAnimMeshes; t++) {
         const aiAnimMesh *target = mesh.mAnimMeshes[t];
         bool is_between = state.input->format == SCENE_FORMAT_FBX && t + 1 < mesh.mNumAnimMeshes &&
@@ -234,8 +234,13 @@ std::vector<unsigned> targets_of(conversion_state &state, const aiMesh &mesh)
                             "'%.60s' are left out",
                             mesh.mName.C_Str(), target->mName.C_Str()));
         else
-            taken.push_back(t);
+            taken.push_back({t, unsigned(taken.size())});
     }
+    auto name = [&](const morph_target &target) {
+        return std::string_view(mesh.mAnimMeshes[target.index]->mName.C_Str());
+    };
+    std::stable_sort(taken.begin(), taken.end(),
+                     [&](const auto &a, const auto &b) { return name(a) < name(b); });
     return taken;
 }
 
@@ -263,8 +268,8 @@ std::string write_targets(conversion_state &state, gltf_data &data, const aiMesh
 {
     json_list list;
     bool has_normals = mesh.mNormals && mesh.mMethod != aiMorphingMethod_MORPH_RELATIVE;
-    for (unsigned t : targets_of(state, mesh)) {
-        const aiAnimMesh &target = *mesh.mAnimMeshes[t];
+    for (const morph_target &taken : targets_of(state, mesh)) {
+        const aiAnimMesh &target = *mesh.mAnimMeshes[taken.index];
         std::string object;
         if (target.mVertices)
             object += text(",\"POSITION\":%d",
@@ -281,11 +286,12 @@ std::string write_targets(conversion_state &state, gltf_data &data, const aiMesh
 std::vector<float> target_weights(conversion_state &state, const aiMesh &mesh)
 {
     std::vector<float> weights;
-    for (unsigned t : targets_of(state, mesh)) {
-        float weight = mesh.mAnimMeshes[t]->mWeight;
+    for (const morph_target &taken : targets_of(state, mesh)) {
+        const aiAnimMesh &target = *mesh.mAnimMeshes[taken.index];
+        float weight = target.mWeight;
         if (!std::isfinite(weight))
             refuse("mesh '%.60s': the weight of morph target '%.60s' is %g", mesh.mName.C_Str(),
-                   mesh.mAnimMeshes[t]->mName.C_Str(), double(weight));
+                   target.mName.C_Str(), double(weight));
         if (weight == RESTS_AT_ANY) {
             state.warn(
                 text("mesh '%.80s': assimp does not tell the weights of all morph targets at "
