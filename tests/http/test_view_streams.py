@@ -450,7 +450,7 @@ class Sockets(WatchTest):
         flood.peer.settimeout(0.3)
         ping = bytes([0x80 | PING, 0x80 | 125]) + bytes(4) + b"x" * 125
         before = self.resident()
-        # Kernels hold some 40 MiB of a stream that nobody reads; the daemon is to hold next to none.
+        # Kernels hold 40 MiB of a stream that nobody reads; the daemon is to hold next to none.
         with self.assertRaises(TimeoutError):
             for _ in range(256):
                 flood.peer.sendall(ping * (MIB // len(ping)))
