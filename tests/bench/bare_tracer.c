@@ -11,6 +11,7 @@
 #include "renderer/base/matrix.h"
 #include "renderer/base/sample_pattern.h"
 #include "renderer/raytrace/embree.h"
+#include "renderer/raytrace/rt_packet.h"
 #include "renderer/scene/scene.h"
 
 enum { LANES = 8, LAYERS_MAX = 64, COLUMNS = 4, ROWS = LANES / COLUMNS };
@@ -45,16 +46,16 @@ struct shadow_context { /* Embree hands its first member to filters */
 static void pass_filter(const struct RTCFilterFunctionNArguments *args)
 {
     struct shadow_context *context = (struct shadow_context *)embree_context_of(args);
-    const struct RTCRay8 *rays = (const struct RTCRay8 *)args->ray;
-    const struct RTCHit8 *hits = (const struct RTCHit8 *)args->hit;
-    for (unsigned i = 0; args->N == LANES && i < LANES; i++) {
+    const unsigned *rays = (const unsigned *)args->ray, *hits = (const unsigned *)args->hit;
+    for (unsigned i = 0; i < args->N; i++) { /* parts of a packet, too */
         if (!args->valid[i])
             continue;
-        const struct paint *paint = &context->paints[hits->geomID[i]];
+        const unsigned id = rays[RT_RAY_ID * args->N + i], mesh = hits[RT_HIT_MESH * args->N + i];
+        const struct paint *paint = &context->paints[mesh];
         if (paint->is_opaque)
             continue;
         for (int k = 0; k < 3; k++)
-            context->passed[k][rays->id[i]] *= paint->filter[k];
+            context->passed[k][id] *= paint->filter[k];
         args->valid[i] = 0;
     }
 }
@@ -142,6 +143,12 @@ void bare_tracer_destroy(struct bare_tracer *tracer)
     free(tracer);
 }
 
+RTCScene bare_tracer_scene(const struct bare_tracer *tracer, bool *has_sixteen)
+{
+    *has_sixteen = rtcGetDeviceProperty(tracer->device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED);
+    return tracer->scene;
+}
+
 uint64_t bare_tracer_size_bytes(const struct bare_tracer *tracer)
 {
     return (uint64_t)atomic_load(&tracer->embree_bytes);
@@ -227,7 +234,7 @@ static void add_light(const struct bare_tracer *tracer, const struct state_light
         return;
     *rays += (uint64_t)count;
     embree_context_init(&context.embree);
-    context.embree.is_coherent = true;
+    context.embree.is_coherent = false; /* coherent packets may tell of one hit twice */
     context.embree.filter = pass_filter;
     for (int k = 0; k < 3; k++)
         for (int i = 0; i < LANES; i++)

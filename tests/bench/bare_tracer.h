@@ -18,6 +18,10 @@ struct bare_tracer;
 struct bare_tracer *bare_tracer_create(const struct scene_state *state, struct error *err);
 void bare_tracer_destroy(struct bare_tracer *tracer);
 
+/* Of the state's items in order, a triangle each for its own; borrowed. has_sixteen: out, whether
+ * the processor takes packets of 16 rays. */
+struct RTCSceneTy *bare_tracer_scene(const struct bare_tracer *tracer, bool *has_sixteen);
+
 /* What Embree has allocated for it, triangles included. */
 uint64_t bare_tracer_size_bytes(const struct bare_tracer *tracer);
 

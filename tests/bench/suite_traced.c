@@ -12,6 +12,8 @@
 #include "renderer/raytrace/raytrace.h"
 #include "tests/bench/bare_tracer.h"
 #include "tests/bench/bench.h"
+#include "tests/bench/full_tracer.h"
+#include "tests/support/extreme_checks.h"
 #include "tests/support/generated_scene.h"
 #include "tests/support/import_support.h"
 #include "tests/support/light_scene.h"
@@ -19,7 +21,7 @@
 
 static const double HALF_M = 10; /* of the floor */
 
-enum { ONE_SAMPLE, FOUR_SAMPLES, BARE, BARE_FOUR, VARIANTS };
+enum { ONE_SAMPLE, FOUR_SAMPLES, BARE, BARE_FOUR, FULL, VARIANTS };
 
 struct traced_case {
     const char *scene, *name;
@@ -153,7 +155,10 @@ struct subject {
     struct imported_scene imported;
     struct raytrace_cache *cache;
     struct bare_tracer *bare;
+    struct full_tracer *full;
     double surfaces[VARIANTS], shadow_rays[VARIANTS]; /* sums; ours alone */
+    double full_error; /* of the full yardstick's last picture against our 1 sample, over the mean
+                        */
 };
 
 static bool subject_init(struct subject *subject, const struct traced_case *one, const int size[2],
@@ -176,9 +181,32 @@ static bool subject_init(struct subject *subject, const struct traced_case *one,
 static void subject_finish(struct subject *subject)
 {
     raytrace_cache_destroy(subject->cache);
+    full_tracer_destroy(subject->full);
     bare_tracer_destroy(subject->bare);
     imported_scene_finish(&subject->imported);
     generated_scene_finish(&subject->scene);
+}
+
+/* The bare and the full one, when they are first asked for. */
+static bool make_yardsticks(struct subject *subject, const struct scene_state *state,
+                            struct error *err)
+{
+    if (subject->full)
+        return true;
+    subject->bare = bare_tracer_create(state, err);
+    subject->full = subject->bare ? full_tracer_create(subject->bare, state, err) : NULL;
+    return subject->full;
+}
+
+static bool measure(const struct subject *subject, const struct camera *camera,
+                    const struct scene_state *state, int variant, struct image *image,
+                    struct error *err)
+{
+    uint64_t rays;
+    if (variant == FULL)
+        return full_tracer_render(subject->full, camera, state, image, err);
+    return bare_tracer_render(subject->bare, camera, state, variant == BARE_FOUR ? 4 : 1, image,
+                              &rays, err);
 }
 
 static bool draw(struct subject *subject, const struct traced_case *one, int variant, double around,
@@ -188,7 +216,6 @@ static bool draw(struct subject *subject, const struct traced_case *one, int var
     struct camera camera;
     struct raytrace_stats stats = {0};
     struct view view = subject->scene.view;
-    uint64_t rays;
     set_camera(&view, one, around);
     bool ok = scene_state_init(&state, &subject->imported.scene, &view, err) &&
               camera_resolve(&camera, &view, &state, err);
@@ -198,16 +225,14 @@ static bool draw(struct subject *subject, const struct traced_case *one, int var
                                        .samples = variant == FOUR_SAMPLES ? 4 : 1,
                                        .cache = subject->cache,
                                        .threads = 1};
-    const bool is_bare = variant == BARE || variant == BARE_FOUR;
-    if (ok && is_bare && !subject->bare)
-        ok = (subject->bare = bare_tracer_create(&state, err));
-    if (ok && is_bare)
-        ok = image_init(image, view.width_px, view.height_px, 4, IMAGE_F32, err);
+    const bool is_ours = variant == ONE_SAMPLE || variant == FOUR_SAMPLES;
+    if (ok && !is_ours)
+        ok = make_yardsticks(subject, &state, err) &&
+             image_init(image, view.width_px, view.height_px, 4, IMAGE_F32, err);
     double begin = cpu_now_ms();
     if (ok)
-        ok = is_bare ? bare_tracer_render(subject->bare, &camera, &state,
-                                          variant == BARE_FOUR ? 4 : 1, image, &rays, err)
-                     : raytrace_render(&desc, image, &stats, err);
+        ok = is_ours ? raytrace_render(&desc, image, &stats, err)
+                     : measure(subject, &camera, &state, variant, image, err);
     *cpu_ms = cpu_now_ms() - begin;
     subject->surfaces[variant] += (double)stats.surfaces;
     subject->shadow_rays[variant] += (double)stats.shadow_rays;
@@ -219,7 +244,8 @@ static void tell(struct bench *bench, const struct traced_case *one,
                  const struct samples ms[VARIANTS])
 {
     static const char *const names[VARIANTS] = {"cpu ms, 1 sample", "cpu ms, 4 samples",
-                                                "cpu ms, bare", "cpu ms, bare, 4 camera rays"};
+                                                "cpu ms, bare", "cpu ms, bare, 4 camera rays",
+                                                "cpu ms, bare rays and full shading"};
     double median[VARIANTS];
     for (int i = 0; i < VARIANTS; i++) {
         median[i] = samples_summary(&ms[i]).median;
@@ -236,6 +262,16 @@ static void tell(struct bench *bench, const struct traced_case *one,
                                        .relation = "<=",
                                        .bound = one->one_over_bare,
                                        .p = samples_difference_p(&ms[ONE_SAMPLE], &ms[BARE])});
+    bench_check(bench, &(struct check){.scene = one->scene,
+                                       .subject = one->name,
+                                       .name = "cpu full shading / bare",
+                                       .value = median[FULL] / median[BARE],
+                                       .p = samples_difference_p(&ms[FULL], &ms[BARE])});
+    bench_check(bench, &(struct check){.scene = one->scene,
+                                       .subject = one->name,
+                                       .name = "cpu 1 sample / full shading",
+                                       .value = median[ONE_SAMPLE] / median[FULL],
+                                       .p = samples_difference_p(&ms[ONE_SAMPLE], &ms[FULL])});
     bench_check(bench,
                 &(struct check){.scene = one->scene,
                                 .subject = one->name,
@@ -270,6 +306,17 @@ static void tell_shares(struct bench *bench, const struct traced_case *one,
                                     .p = NAN});
 }
 
+/* Both see the same surfaces in the same light, or the full yardstick measures something else. */
+static void tell_error(struct bench *bench, const struct traced_case *one,
+                       const struct subject *subject)
+{
+    bench_check(bench, &(struct check){.scene = one->scene,
+                                       .subject = one->name,
+                                       .name = "RMSE / mean, full shading - 1 sample",
+                                       .value = subject->full_error,
+                                       .p = NAN});
+}
+
 /* What is kept from picture to picture, beside the decoded scene, which both read. */
 static void tell_memory(struct bench *bench, const struct traced_case *one,
                         const struct subject *subject)
@@ -298,7 +345,8 @@ static bool run_case(struct bench *bench, const struct traced_case *one, struct 
         return error_set(err, ERROR_NO_MEMORY, "suite traced");
     bench_size(bench, 1024, 768, size);
     bool ok = subject_init(subject, one, size, err);
-    for (struct rounds rounds = rounds_begin(bench); ok && rounds_next(&rounds);)
+    for (struct rounds rounds = rounds_begin(bench); ok && rounds_next(&rounds);) {
+        struct image first = {0};
         for (int i = 0; ok && i < VARIANTS; i++) {
             struct image image = {0};
             double cpu_ms = 0;
@@ -310,11 +358,20 @@ static bool run_case(struct bench *bench, const struct traced_case *one, struct 
                 snprintf(name, sizeof name, "bench-traced-%td-%d", one - cases, i);
                 save_picture(&image, name);
             }
-            image_finish(&image);
+            if (ok && i == FULL)
+                subject->full_error = extreme_rmse(&image, &first);
+            if (i == ONE_SAMPLE)
+                first = image;
+            else
+                image_finish(&image);
         }
+        image_finish(&first);
+    }
     if (ok) {
         tell(bench, one, ms);
         tell_shares(bench, one, subject);
+        if (one->spots) /* without textures the demo scene is another picture */
+            tell_error(bench, one, subject);
         tell_memory(bench, one, subject);
     }
     for (int i = 0; i < VARIANTS; i++)
