@@ -240,15 +240,10 @@ static bool read_tiles(const struct json_node *root, struct job_request *request
             !json_read_int(&member, LIMIT_TILE_SIDE_LEAST_PX, LIMIT_IMAGE_SIDE_PX, side[i]))
             return false;
     }
-    const struct render_request *render = &request->render;
     const struct picture_tiles tiles = job_request_tiles(request);
-    if (picture_tiles_count(&tiles) > LIMIT_PICTURE_TILES)
-        return json_refuse(&node, ERROR_TOO_LARGE, "which makes %d tiles of a picture, limit is %d",
-                           picture_tiles_count(&tiles), LIMIT_PICTURE_TILES);
-    return (render->highlight.node_count == 0 && !render->edges.is_given) ||
-           json_refuse(&node, ERROR_UNSUPPORTED,
-                       "but %s are drawn over whole pictures: leave tiles or them out",
-                       render->edges.is_given ? "edges" : "highlights");
+    return picture_tiles_count(&tiles) <= LIMIT_PICTURE_TILES ||
+           json_refuse(&node, ERROR_TOO_LARGE, "which makes %d tiles of a picture, limit is %d",
+                       picture_tiles_count(&tiles), LIMIT_PICTURE_TILES);
 }
 
 static bool read_frames(const struct json_node *node, struct job_request *request)

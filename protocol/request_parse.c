@@ -447,16 +447,6 @@ static bool read_tile(const struct json_node *node, struct render_request *reque
     return true;
 }
 
-/* What needs the whole picture in one piece. */
-static bool check_tile(const struct json_node *node, const struct render_request *request)
-{
-    if (!request->tile.is_given || (request->highlight.node_count == 0 && !request->edges.is_given))
-        return true;
-    return json_refuse(node, ERROR_UNSUPPORTED,
-                       "but %s are drawn over whole pictures: leave tile or them out",
-                       request->edges.is_given ? "edges" : "highlights");
-}
-
 /* Larger ones are rendered in tiles. */
 static bool check_size(const struct json_node *root, const struct render_request *request)
 {
@@ -542,7 +532,7 @@ static bool read_request(const struct json_node *root, struct render_request *re
            request_read_highlight(&highlight, &request->highlight) &&
            request_read_edges(&edges, &request->edges) &&
            read_quality(&quality, &request->quality) && read_outputs(root, request) &&
-           read_format(root, request) && read_tile(&tile, request) && check_tile(&tile, request);
+           read_format(root, request) && read_tile(&tile, request);
 }
 
 bool request_read_picture(const struct json_node *root, struct render_request *request)

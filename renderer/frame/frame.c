@@ -88,10 +88,8 @@ static bool check_tile(const struct view *view, struct error *err)
         return error_set(err, ERROR_INVALID_REQUEST,
                          "a tile of %dx%d at %d, %d of a picture of %dx%d", t->width_px,
                          t->height_px, t->x_px, t->y_px, view->width_px, view->height_px);
-    if (view->row_count_px || view->highlight.node_count || view->edges.is_drawn)
-        return error_set(err, ERROR_UNSUPPORTED,
-                         "highlights, edges and single rows need the whole picture, not a tile");
-    return true;
+    return !view->row_count_px ||
+           error_set(err, ERROR_UNSUPPORTED, "single rows need the whole picture, not a tile");
 }
 
 static bool check_view(const struct view *view, struct error *err)

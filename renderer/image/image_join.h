@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Files of tiles made into the file of their picture, a few rows of pixels at a time. Thread: any.
- */
+/* Files of tiles made into the file of their picture, a few rows of pixels at a time, but for WebP,
+ * which holds the whole picture. Thread: any. */
 #ifndef VITRAIL_RENDERER_IMAGE_IMAGE_JOIN_H
 #define VITRAIL_RENDERER_IMAGE_IMAGE_JOIN_H
 
@@ -14,7 +14,7 @@ struct image_join_desc {
     int columns, rows;
     enum image_format format; /* of the picture; its tiles are EXR for EXR, else PNG */
     int quality;              /* as in struct image_encode_desc */
-    const char *description;  /* likewise, but of a JPEG alone: other files say what tiles say */
+    const char *description;  /* likewise, but of a JPEG alone: PNG and EXR say what tiles say */
     const char *provenance;   /* optional, borrowed; as in struct image_encode_desc */
     int fd;                   /* an empty file for the picture, borrowed */
 };

@@ -333,7 +333,7 @@ OIIO::ImageSpec spec_of_picture(const oiio_join *desc, const TileRow &row, int h
     spec.tile_width = spec.tile_height = spec.tile_depth = 0;
     if (desc->to_rows) {
         spec.set_format(OIIO::TypeDesc::UINT8);
-        spec.nchannels = 3;
+        spec.nchannels = desc->to_rows->channels ? desc->to_rows->channels : spec.nchannels;
         spec.default_channel_names();
     } else {
         set_options(desc->options, spec);
@@ -345,7 +345,7 @@ bool begin_picture(const Picture &picture, struct error *err)
 {
     const OIIO::ImageSpec &spec = picture.spec;
     if (const oiio_rows *to = picture.desc->to_rows)
-        return to->begin(to->context, spec.width, spec.height, err);
+        return to->begin(to->context, spec.width, spec.height, spec.nchannels, err);
     if (!picture.output->open(std::string("picture.") + picture.desc->to, spec))
         return error_set(err, ERROR_IO, "writing the picture: %s",
                          first_line(picture.output->geterror()).c_str());

@@ -22,10 +22,11 @@ struct oiio_option {
     int number;
 };
 
-/* Takes the rows of a picture in the place of OpenImageIO: U8 RGB without gaps. */
+/* Takes the rows of a picture in the place of OpenImageIO: U8 without gaps. */
 struct oiio_rows {
     void *context;
-    bool (*begin)(void *context, int width_px, int height_px, struct error *err);
+    int channels; /* 0: those of the tiles; 3: without their alpha */
+    bool (*begin)(void *context, int width_px, int height_px, int channels, struct error *err);
     bool (*put)(void *context, const void *rows, int row_count, struct error *err);
 };
 

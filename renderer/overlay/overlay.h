@@ -12,11 +12,12 @@
 struct overlay_desc {
     const struct raytrace_desc *rays; /* required: view, state, camera, cache */
     struct feature_edges *edges;      /* required; of the state's scene */
-    struct image *color;              /* required; F32 RGBA of the view's size, drawn over */
+    struct image *color;              /* required; F32 RGBA of the view's size, or of its tile,
+                                         which gets what the whole picture has there; drawn over */
 };
 
 struct overlay_stats {
-    uint64_t edges;    /* feature edges in view, at least in part */
+    uint64_t edges;    /* feature edges in the image, at least in part */
     uint64_t outlined; /* pixels that the outline touches */
 };
 

@@ -23,7 +23,7 @@ struct drawing {
     struct overlay_stats *stats;
     struct overlay_screen screen;
     double least_cosine;  /* of the normals on both sides of an edge that is no crease */
-    uint8_t *alpha[2];    /* owned; per pixel: of what is seen, of what is hidden */
+    uint8_t *alpha[2];    /* owned; per pixel drawn: of what is seen, of what is hidden */
     struct piece *pieces; /* owned; that wait for their rays ... */
     double (*pixels)[2];  /* owned; ... through their middles */
     size_t piece_count;
@@ -48,10 +48,13 @@ static void draw_piece(const struct drawing *d, const struct piece *piece, uint8
     int x1 = (int)ceil(fmax((double)piece->ends[0][0], (double)piece->ends[1][0]) + reach);
     int y0 = (int)floor(fmin((double)piece->ends[0][1], (double)piece->ends[1][1]) - reach);
     int y1 = (int)ceil(fmax((double)piece->ends[0][1], (double)piece->ends[1][1]) + reach);
-    for (int y = y0 < 0 ? 0 : y0; y <= y1 && y < d->screen.height_px; y++)
-        for (int x = x0 < 0 ? 0 : x0; x <= x1 && x < d->screen.width_px; x++) {
+    const struct view_tile *drawn = &d->screen.drawn;
+    int right = drawn->x_px + drawn->width_px, bottom = drawn->y_px + drawn->height_px;
+    for (int y = y0 < drawn->y_px ? drawn->y_px : y0; y <= y1 && y < bottom; y++)
+        for (int x = x0 < drawn->x_px ? drawn->x_px : x0; x <= x1 && x < right; x++) {
             double a = fmin(thin, fmax(0, reach - distance_to(piece, x + 0.5, y + 0.5)));
-            uint8_t *out = &alpha[(size_t)y * (size_t)d->screen.width_px + (size_t)x];
+            size_t row = (size_t)(y - drawn->y_px), column = (size_t)(x - drawn->x_px);
+            uint8_t *out = &alpha[row * (size_t)drawn->width_px + column];
             uint8_t byte = (uint8_t)lround(255 * a);
             *out = *out > byte ? *out : byte;
         }
@@ -79,18 +82,20 @@ static bool flush(struct drawing *d, struct error *err)
     return look.count == 0 || raytrace_look(d->desc->rays, &look, err);
 }
 
-/* Clips a segment to the image and `margin` pixels around it (Liang and Barsky 1984, "A New Concept
- * and Method for Line Clipping"). */
-static bool clip_to_image(const struct drawing *d, const double a[2], const double b[2],
-                          double range[2])
+/* Clips a segment to a part of the picture and `margin` pixels around it (Liang and Barsky 1984, "A
+ * New Concept and Method for Line Clipping"). */
+static bool clip_to(const struct drawing *d, const struct view_tile *part, const double a[2],
+                    const double b[2], double range[2])
 {
     double margin = (double)d->style->width_px + 1;
-    const double high[2] = {d->screen.width_px + margin, d->screen.height_px + margin};
+    const double low[2] = {part->x_px - margin, part->y_px - margin};
+    const double high[2] = {part->x_px + part->width_px + margin,
+                            part->y_px + part->height_px + margin};
     range[0] = 0, range[1] = 1;
     for (int k = 0; k < 2; k++) {
         double way = b[k] - a[k];
-        double low_t = (-margin - a[k]) / way, high_t = (high[k] - a[k]) / way;
-        if (way == 0 && (a[k] < -margin || a[k] > high[k]))
+        double low_t = (low[k] - a[k]) / way, high_t = (high[k] - a[k]) / way;
+        if (way == 0 && (a[k] < low[k] || a[k] > high[k]))
             return false;
         if (way == 0)
             continue;
@@ -108,24 +113,32 @@ static double depth_at(const struct drawing *d, const double ends[2][3], double 
     return 1 / ((1 - t) / ends[0][2] + t / ends[1][2]);
 }
 
+/* Lines are cut into the same pieces whatever of the picture is drawn; those that may reach into it
+ * are kept. */
 static bool add_line(struct drawing *d, const double a[3], const double b[3], struct error *err)
 {
-    double ends[2][3], pixel[2][2], range[2];
+    const struct view_tile picture = {.width_px = d->screen.width_px,
+                                      .height_px = d->screen.height_px};
+    double ends[2][3], pixel[2][2], range[2], near[2];
     memcpy(ends[0], a, sizeof ends[0]);
     memcpy(ends[1], b, sizeof ends[1]);
     if (!overlay_screen_clip_segment(&d->screen, ends))
         return true;
     for (int i = 0; i < 2; i++)
         overlay_screen_project(&d->screen, ends[i], pixel[i]);
-    if (!clip_to_image(d, pixel[0], pixel[1], range))
+    if (!clip_to(d, &picture, pixel[0], pixel[1], range) ||
+        !clip_to(d, &d->screen.drawn, pixel[0], pixel[1], near))
         return true;
     double way[2] = {pixel[1][0] - pixel[0][0], pixel[1][1] - pixel[0][1]};
     int count = (int)ceil((range[1] - range[0]) * hypot(way[0], way[1]) / PIECE_PX);
+    double step = (range[1] - range[0]) / count;
+    int first = (int)fmax(0, floor((near[0] - range[0]) / step) - 1);
+    int end = (int)fmin(count, ceil((near[1] - range[0]) / step) + 1);
     d->stats->edges++;
-    for (int i = 0; i < count; i++) {
+    for (int i = first; i < end; i++) {
         if (d->piece_count == PIECES_MAX && !flush(d, err))
             return false;
-        double step = (range[1] - range[0]) / count, t = range[0] + (i + 0.5) * step;
+        double t = range[0] + (i + 0.5) * step;
         struct piece *piece = &d->pieces[d->piece_count];
         for (int e = 0; e < 2; e++)
             for (int k = 0; k < 2; k++)
@@ -248,9 +261,8 @@ bool overlay_draw_edges(const struct overlay_desc *desc, struct overlay_stats *s
     bool ok = d.alpha[0] && (d.alpha[1] || !(style->hidden > 0)) && d.pieces && d.pixels;
     if (!ok)
         error_set(err, ERROR_NO_MEMORY, "edges of %zu pixels", pixels);
-    int least_px = desc->color->width_px < desc->color->height_px ? desc->color->width_px
-                                                                  : desc->color->height_px;
-    double wider = 1 + 2 * ((double)style->width_px + 1) / least_px; /* clip_to_image's margin */
+    int least_px = d.screen.width_px < d.screen.height_px ? d.screen.width_px : d.screen.height_px;
+    double wider = 1 + 2 * ((double)style->width_px + 1) / least_px; /* clip_to's margin */
     for (size_t i = 0; ok && i < state->whole_count; i++) {
         const struct state_item *item = &state->items[i];
         if (item->casts_shadow && /* triangles */

@@ -22,8 +22,10 @@ struct outline {
     const struct overlay_desc *desc;
     const struct view_highlight *style;
     struct overlay_screen screen;
+    int reach_px;           /* how far from a border pixel its outline may be */
+    struct view_tile area;  /* of the picture: what is drawn, and what its outlines depend on */
     bool *is_selected;      /* owned; per node */
-    uint16_t *samples;      /* owned; per pixel: bits of those that the selection covers */
+    uint16_t *samples;      /* owned; per pixel of the area: bits of those that it covers */
     float *distance_px;     /* owned; per pixel: from the border outward, INFINITY far away */
     bool *is_seen;          /* owned; per pixel: the border that is nearest is */
     struct border *borders; /* owned */
@@ -48,12 +50,18 @@ static bool select_nodes(struct outline *o, struct error *err)
     return true;
 }
 
-/* Sets the samples of a row from one to another, numbered through the image. */
+/* The place of a pixel of the picture among those of the area. */
+static size_t place_of(const struct outline *o, int x, int y)
+{
+    return (size_t)(y - o->area.y_px) * (size_t)o->area.width_px + (size_t)(x - o->area.x_px);
+}
+
+/* Sets the samples of a row from one to another, numbered through the picture. */
 static void cover_row(struct outline *o, int row, int first, int last)
 {
-    uint16_t *pixels = o->samples + (size_t)(row / SIDE) * (size_t)o->screen.width_px;
     for (int i = first; i <= last; i++)
-        pixels[i / SIDE] |= (uint16_t)(1u << (row % SIDE * SIDE + i % SIDE));
+        o->samples[place_of(o, i / SIDE, row / SIDE)] |=
+            (uint16_t)(1u << (row % SIDE * SIDE + i % SIDE));
 }
 
 /* Rasterises a triangle. Samples on an edge count as covered. */
@@ -61,9 +69,10 @@ static void cover_triangle(struct outline *o, const double *const corners[3])
 {
     double low = fmin(corners[0][1], fmin(corners[1][1], corners[2][1]));
     double high = fmax(corners[0][1], fmax(corners[1][1], corners[2][1]));
-    int rows = o->screen.height_px * SIDE, columns = o->screen.width_px * SIDE;
-    int first_row = (int)fmin(rows, fmax(0, ceil(low * SIDE - 0.5)));
-    int last_row = (int)fmax(-1, fmin(rows - 1, floor(high * SIDE - 0.5)));
+    const int begin[2] = {o->area.x_px * SIDE, o->area.y_px * SIDE};
+    const int end[2] = {begin[0] + o->area.width_px * SIDE, begin[1] + o->area.height_px * SIDE};
+    int first_row = (int)fmin(end[1], fmax(begin[1], ceil(low * SIDE - 0.5)));
+    int last_row = (int)fmax(-1, fmin(end[1] - 1, floor(high * SIDE - 0.5)));
     for (int row = first_row; row <= last_row; row++) {
         double y = (row + 0.5) / SIDE, left = INFINITY, right = -INFINITY;
         for (int i = 0; i < 3; i++) {
@@ -75,8 +84,8 @@ static void cover_triangle(struct outline *o, const double *const corners[3])
             left = fmin(left, a[1] == b[1] ? fmin(a[0], b[0]) : x);
             right = fmax(right, a[1] == b[1] ? fmax(a[0], b[0]) : x);
         }
-        cover_row(o, row, (int)fmax(0, ceil(fmin(left, columns) * SIDE - 0.5)),
-                  (int)fmax(-1, fmin(columns - 1, floor(right * SIDE - 0.5))));
+        cover_row(o, row, (int)fmax(begin[0], ceil(fmin(left, end[0]) * SIDE - 0.5)),
+                  (int)fmax(-1, fmin(end[0] - 1, floor(right * SIDE - 0.5))));
     }
 }
 
@@ -102,7 +111,7 @@ static void cover_item(struct outline *o, const struct state_item *item)
 static uint16_t samples_at(const struct outline *o, int x, int y)
 {
     bool is_inside = x >= 0 && y >= 0 && x < o->screen.width_px && y < o->screen.height_px;
-    return is_inside ? o->samples[(size_t)y * (size_t)o->screen.width_px + (size_t)x] : UINT16_MAX;
+    return is_inside ? o->samples[place_of(o, x, y)] : UINT16_MAX;
 }
 
 static bool is_border(const struct outline *o, int x, int y)
@@ -142,12 +151,27 @@ static void aim(uint16_t samples, double middle[2])
     }
 }
 
+/* What is drawn and `margin_px` around it, within the picture. */
+static struct view_tile around(const struct overlay_screen *screen, int margin_px)
+{
+    const struct view_tile *drawn = &screen->drawn;
+    int x = drawn->x_px > margin_px ? drawn->x_px - margin_px : 0;
+    int y = drawn->y_px > margin_px ? drawn->y_px - margin_px : 0;
+    int right = drawn->x_px + drawn->width_px + margin_px;
+    int bottom = drawn->y_px + drawn->height_px + margin_px;
+    right = right < screen->width_px ? right : screen->width_px;
+    bottom = bottom < screen->height_px ? bottom : screen->height_px;
+    return (struct view_tile){x, y, right - x, bottom - y};
+}
+
+/* In the order of the picture, so that of two as near the same one is taken in every tile. */
 static bool list_borders(struct outline *o, struct error *err)
 {
+    const struct view_tile near = around(&o->screen, o->reach_px);
     size_t count = 0;
     for (int pass = 0; pass < 2; pass++) {
-        for (int y = 0; y < o->screen.height_px; y++)
-            for (int x = 0; x < o->screen.width_px; x++) {
+        for (int y = near.y_px; y < near.y_px + near.height_px; y++)
+            for (int x = near.x_px; x < near.x_px + near.width_px; x++) {
                 if (!is_border(o, x, y))
                     continue;
                 if (pass == 0) {
@@ -184,14 +208,16 @@ static void visit_border(void *context, size_t index, const struct raytrace_laye
 /* Gives the pixels around a border pixel their distance, if none is nearer. */
 static void spread(struct outline *o, const struct border *border)
 {
-    int reach = (int)ceil((double)o->style->width_px) + 1, width = o->screen.width_px;
+    const struct view_tile *drawn = &o->screen.drawn;
+    int reach = o->reach_px;
     double covered = __builtin_popcount(samples_at(o, border->x, border->y)) / (double)SAMPLES;
     for (int dy = -reach; dy <= reach; dy++)
         for (int dx = -reach; dx <= reach; dx++) {
             int x = border->x + dx, y = border->y + dy;
-            if (x < 0 || y < 0 || x >= width || y >= o->screen.height_px)
+            if (x < drawn->x_px || y < drawn->y_px || x >= drawn->x_px + drawn->width_px ||
+                y >= drawn->y_px + drawn->height_px)
                 continue;
-            size_t at = (size_t)y * (size_t)width + (size_t)x;
+            size_t at = place_of(o, x, y);
             float distance = (float)(hypot(dx, dy) - (covered - 0.5));
             if (distance < o->distance_px[at]) {
                 o->distance_px[at] = distance;
@@ -202,11 +228,13 @@ static void spread(struct outline *o, const struct border *border)
 
 static void composite(struct outline *o, struct overlay_stats *stats)
 {
-    size_t count = (size_t)o->screen.width_px * (size_t)o->screen.height_px;
+    const struct view_tile *drawn = &o->screen.drawn;
+    size_t width = (size_t)drawn->width_px, count = width * (size_t)drawn->height_px;
     for (size_t i = 0; i < count; i++) {
-        float outside = 1 - (float)__builtin_popcount(o->samples[i]) / SAMPLES;
-        float near = o->style->width_px + 0.5f - o->distance_px[i];
-        float alpha = fminf(1, fmaxf(0, near)) * outside * (o->is_seen[i] ? 1 : o->style->hidden);
+        size_t at = place_of(o, drawn->x_px + (int)(i % width), drawn->y_px + (int)(i / width));
+        float outside = 1 - (float)__builtin_popcount(o->samples[at]) / SAMPLES;
+        float near = o->style->width_px + 0.5f - o->distance_px[at];
+        float alpha = fminf(1, fmaxf(0, near)) * outside * (o->is_seen[at] ? 1 : o->style->hidden);
         if (alpha <= 0)
             continue;
         overlay_blend((float *)o->desc->color->pixels + 4 * i, o->style->color, alpha);
@@ -217,8 +245,10 @@ static void composite(struct outline *o, struct overlay_stats *stats)
 static bool outline_init(struct outline *o, struct error *err)
 {
     const struct raytrace_desc *rays = o->desc->rays;
-    size_t pixels = (size_t)rays->view->width_px * (size_t)rays->view->height_px;
     overlay_screen_init(&o->screen, rays->camera, rays->view);
+    o->reach_px = (int)ceil((double)o->style->width_px) + 1;
+    o->area = around(&o->screen, o->reach_px + 1); /* a border pixel depends on its neighbours */
+    size_t pixels = (size_t)o->area.width_px * (size_t)o->area.height_px;
     o->is_selected = calloc(rays->state->scene->node_count + 1u, sizeof *o->is_selected);
     o->samples = calloc(pixels, sizeof *o->samples);
     o->distance_px = calloc(pixels, sizeof *o->distance_px);

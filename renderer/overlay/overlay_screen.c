@@ -12,6 +12,7 @@ void overlay_screen_init(struct overlay_screen *screen, const struct camera *cam
     *screen = (struct overlay_screen){.camera = camera,
                                       .width_px = view->width_px,
                                       .height_px = view->height_px,
+                                      .drawn = view_tile_of(view),
                                       .planes = {{0, 0, 1, -camera->z_near}},
                                       .plane_count = 1};
     for (size_t i = 0; i < view->clip_plane_count; i++) {

@@ -12,8 +12,9 @@
 #include "renderer/view.h"
 
 struct overlay_screen {
-    const struct camera *camera; /* borrowed */
-    int width_px, height_px;
+    const struct camera *camera;          /* borrowed */
+    int width_px, height_px;              /* of the picture */
+    struct view_tile drawn;               /* of it: what is drawn over */
     double planes[POLYGON_PLANES_MAX][4]; /* of view space: near, then the clip planes; a point with
                                             ax + by + cz + d < 0 is cut away */
     size_t plane_count;

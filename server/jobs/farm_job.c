@@ -44,11 +44,11 @@ static bool check_deep(const struct job_request *request, int index, struct erro
                             request_format_name((int)output->format), why);
     return !request->tile_width ||
            error_set_at(err, ERROR_UNSUPPORTED, pointer,
-                        "%s: pictures in tiles cannot be %s: use png, jpeg or exr", pointer,
+                        "%s: pictures in tiles cannot be %s: use png, jpeg, webp or exr", pointer,
                         request_format_name((int)output->format));
 }
 
-/* A picture of tiles is joined by scanlines, which not every format can be. */
+/* Pictures in tiles are larger than some formats hold. */
 static bool check_sides(const struct job_request *request, int index, struct error *err)
 {
     char pointer[32];
@@ -57,10 +57,6 @@ static bool check_sides(const struct job_request *request, int index, struct err
     if (!request->tile_width || (request->render.width <= most && request->render.height <= most))
         return true;
     snprintf(pointer, sizeof pointer, "/outputs/%d", index);
-    if (!most)
-        return error_set_at(err, ERROR_UNSUPPORTED, pointer,
-                            "%s: pictures in tiles cannot be %s: use png, jpeg or exr", pointer,
-                            request_format_name((int)format));
     return error_set_at(err, ERROR_UNSUPPORTED, pointer,
                         "%s: %s holds %d pixels a side, the picture has %d x %d", pointer,
                         request_format_name((int)format), most, request->render.width,

@@ -29,10 +29,11 @@ class JobTiles(JobTest):
         scene = self.daemon.push(moving())
         job = self.tiled(scene, "1-2", outputs=[
             "color", {"name": "still", "format": "jpeg", "quality_percent": 70},
+            {"name": "web", "format": "webp", "quality_percent": 80},
             {"name": "ids", "outputs": ["node"], "format": "png"},
             {"name": "data", "outputs": ["color", "depth", "normal"], "format": "exr"}])
         found = self.wait(job)
-        self.assertEqual({"columns": 4, "rows": 4, "count": 2 * 4 * TILES, "done": 2 * 4 * TILES},
+        self.assertEqual({"columns": 4, "rows": 4, "count": 2 * 5 * TILES, "done": 2 * 5 * TILES},
                          found["tiles"])
         time = {"animation": {"time_s": 2}, **SIZE}
         single = self.daemon.render(scene, format="png", **time)
@@ -43,6 +44,7 @@ class JobTiles(JobTest):
             self.assertEqual(support.provenance(whole.body),
                              support.provenance(self.file(job, name, 2)))
         for name, members in (("still", {"format": "jpeg", "quality_percent": 70}),
+                              ("web", {"format": "webp", "quality_percent": 80}),
                               ("data", {"format": "exr",
                                         "outputs": ["color", "depth", "normal"]})):
             single = self.daemon.render(scene, **members, **time)
@@ -52,10 +54,10 @@ class JobTiles(JobTest):
                 self.assertEqual(file["sha256"], support.sha256(
                     self.daemon.request("GET", file["href"]).body))
         folder = os.path.join(self.daemon.state_dir, "jobs", job)
-        self.assertEqual(8, len(os.listdir(folder)), "no tile and no draft is left")
+        self.assertEqual(10, len(os.listdir(folder)), "no tile and no draft is left")
 
     def test_a_job_without_provenance_joins_none(self):
-        outputs = [{"name": format, "format": format} for format in ("png", "jpeg", "exr")]
+        outputs = [{"name": format, "format": format} for format in ("png", "jpeg", "webp", "exr")]
         job = self.tiled(self.daemon.push(moving()), provenance=False, outputs=outputs)
         self.wait(job)
         for output in outputs:
@@ -156,9 +158,11 @@ class JobTiles(JobTest):
         refused(400, "/tiles/height", "", tiles={"width": 2048})
         refused(413, "/tiles", "limit is 16384", view={"width": 65536, "height": 65536}, tiles=256)
         refused(400, "/view/width", "65536", view={"width": 65537})
-        refused(422, "/tiles", "edges", view={"edges": {}})
         refused(400, "/view/tile", "", view={"tile": {"width": 1, "height": 1}})
-        refused(422, "/outputs/0", "webp", outputs=[{"format": "webp"}])
+        refused(422, "/outputs/0", "png, jpeg, webp or exr", outputs=[{"format": "exr-deep"}],
+                view={"quality": {"shadows": "map"}})
+        refused(422, "/outputs/0", "webp holds 16383 pixels a side, the picture has 16384 x 9",
+                view={"width": 16384, "height": 9}, outputs=[{"format": "webp"}])
         refused(422, "/outputs/0", "65500 pixels a side", view={"width": 65501, "height": 9},
                 outputs=[{"format": "jpeg"}])
         whole = self.daemon.request("POST", "/v1/jobs", {"scene": scene, "view": {"width": 20000}})

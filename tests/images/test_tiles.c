@@ -109,6 +109,24 @@ static void other_outputs_reference_and_rounds_have_them_too(void **state)
     rig_scene_finish(&scene, *state);
 }
 
+/* Lines and outlines over the seams of tiles, in pictures by rasters and by rays. */
+static void overlays_have_them_too(void **state)
+{
+    static const struct view_tile through[] = {{34, 16, 9, 32}, {0, 20, 23, 24}, {43, 46, 4, 2}};
+    static const char *const nodes[] = {"Vessel", "Altar", "Crimson curtain"};
+    struct rig_scene scene;
+    rig_demo_open(&scene, *state, "demo", 128);
+    for (int traced = 0; traced < 2; traced++) {
+        struct view view = small_view(traced ? SHADOWS_RAYTRACED : SHADOWS_MAP);
+        view.edges = (struct view_edges){
+            .is_drawn = true, .crease_deg = 30, .width_px = 2.5f, .color = {1}, .hidden = 0.4f};
+        view.highlight = (struct view_highlight){
+            .nodes = nodes, .node_count = 3, .width_px = 4.5f, .color = {0, 1}, .hidden = 0.3f};
+        compare(*state, &scene, &view, through, sizeof through / sizeof *through);
+    }
+    rig_scene_finish(&scene, *state);
+}
+
 /* Wider than a window is: the tile over the seam is drawn from both. */
 static void tiles_over_seams_of_windows_have_them_too(void **state)
 {
@@ -182,7 +200,7 @@ static void bad_tiles_are_refused(void **state)
     }
     struct error err = {0};
     view.tile = tiles[0];
-    view.edges = (struct view_edges){.is_drawn = true, .width_px = 1};
+    view.row_count_px = 1;
     assert_false(renderer_render(*state, scene.key, &view, &frame, &err));
     assert_int_equal(err.code, ERROR_UNSUPPORTED);
     frame_finish(&frame);
@@ -194,6 +212,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tiles_have_the_bits_of_the_whole),
         cmocka_unit_test(other_outputs_reference_and_rounds_have_them_too),
+        cmocka_unit_test(overlays_have_them_too),
         cmocka_unit_test(tiles_over_seams_of_windows_have_them_too),
         cmocka_unit_test(pixels_of_huge_pictures_are_on_their_rays),
         cmocka_unit_test(bad_tiles_are_refused),

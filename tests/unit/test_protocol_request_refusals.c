@@ -132,8 +132,6 @@ static void sizes_out_of_range(void **state)
          "1 rows from y 8 on"},
         {BODY("\"width\":65536,\"height\":65536,\"tile\":{\"width\":16385,\"height\":1}"), INVALID,
          "/tile/width", "16384"},
-        {BODY("\"tile\":{\"width\":5,\"height\":2},\"edges\":{}"), ERROR_UNSUPPORTED, "/tile",
-         "edges are drawn over whole pictures"},
         {BODY("\"width\":64.5"), INVALID, "/width", "whole number"},
         {BODY("\"width\":\"64\""), INVALID, "/width", "\"64\""},
         {BODY("\"width\":true"), INVALID, "/width", "true"},
