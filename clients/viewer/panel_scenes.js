@@ -254,10 +254,11 @@ export class ScenesPanel {
   }
 
   /** Which scene of its file is shown, where the file has several, and the choice among them. */
-  #fileScenes({ id, file_scenes: names = [], file_scene: shown }) {
+  #fileScenes(summary) {
+    const { id, file_scenes: names = [], file_scene: shown } = summary;
     if (names.length < 2) return null;
     return this.#fileChoice(id, { label: "Scene of the file", what: "another of its scenes",
-      onchange: (at) => this.#openAgain({ scene: `#${at}` }) },
+      onchange: (at) => this.#openAgain({ ...this.#askedOf(summary), scene: `#${at}` }) },
     names.map((name, at) => el("option", { value: at, selected: at === shown }, name || `Scene ${at + 1}`)));
   }
 
@@ -270,12 +271,18 @@ export class ScenesPanel {
         onchange: (event) => onchange(event.target.value) }, options));
   }
 
-  /** How long one unit of a file of another format is, and which of its axes is up; either can be chosen. */
-  #fileUnits({ id, source }) {
-    if (!source?.converter) return null;
+  /** How the open file was asked to be read. */
+  #askedOf({ source, file_scenes: names = [], file_scene: shown }) {
     const asked = (by, name) => (by === "request" ? name : undefined);
-    const now = { unit: asked(source.unit_by, source.unit), up: asked(source.up_by, source.up),
-      deflection: source.deflection };
+    return { scene: names.length > 1 ? `#${shown}` : undefined, unit: asked(source?.unit_by, source?.unit),
+      up: asked(source?.up_by, source?.up), deflection: source?.deflection };
+  }
+
+  /** How long one unit of a file of another format is, and which of its axes is up; either can be chosen. */
+  #fileUnits(summary) {
+    const { id, source } = summary;
+    if (!source?.converter) return null;
+    const now = this.#askedOf(summary);
     const choice = (name, what, names, unnamed) => {
       const by = BY[source[`${name}_by`]];
       return this.#fileChoice(id, { label: `${what} of the file`, what: `its ${what.toLowerCase()}`,

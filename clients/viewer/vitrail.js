@@ -218,7 +218,7 @@ export class Vitrail {
    * @param {{scene?: string, unit?: string, up?: string, deflection?: number, onProgress?: (share: number) => void,
    *   onReading?: (progress: {stage: string, share: number}) => void,
    *   signal?: AbortSignal}} [options]
-   *   scene: which of the file, by its name or "#1", its index; unit, up: how a file that is not
+   *   scene: which of the file, by its name or "#1", its index, of OpenVDB which grid; unit, up: how a file that is not
    *   glTF is read: mm, cm, m, in or ft; y or z; deflection: how far triangles of STEP and IGES may
    *   be off their surfaces, in units of the file; onProgress: how much is sent; onReading: called
    *   twice a second while the server reads what was sent

@@ -38,8 +38,8 @@ struct file_options {
      "scene",                                                                                   \
      0,                                                                                         \
      "NAME",                                                                                    \
-     "which scene of the FILE: its name, or #1, its index\n(default: the one that the file "    \
-     "names)",                                                                                  \
+     "which scene of the FILE, of OpenVDB which grid: its name,\nor #1, its index "             \
+     "(default: the one that the file\nnames, or the grid density)",                            \
      offsetof(type, file.scene)},                                                               \
         {OPTION_TEXT,                                                                           \
          "unit",                                                                                \

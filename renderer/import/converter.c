@@ -201,7 +201,8 @@ bool conversion_init(struct conversion *conversion, const struct scene_import_de
                                                         .format = desc->format,
                                                         .unit_m = desc->unit_m,
                                                         .up = desc->up,
-                                                        .deflection = desc->deflection},
+                                                        .deflection = desc->deflection,
+                                                        .scene = desc->scene},
                               &conversion->output, err) &&
            write_glb(conversion, &glb_bytes, err) && list_files(conversion, desc, glb_bytes, err);
 }

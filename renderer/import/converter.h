@@ -19,6 +19,8 @@ struct converter_input {
     double unit_m;     /* 0: the file's own word, else metres */
     char up;           /* 0: the file's own word, else 'y' */
     double deflection; /* 0: in proportion to the parts */
+    const char *scene; /* which of the file is wanted, as in scene_import_desc; a module whose file
+                          has several may write one alone, the others without nodes */
 };
 
 /* What a module hands back: each malloc'ed, also where it failed. */

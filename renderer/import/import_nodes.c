@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The node hierarchy in f64, and the lights and cameras that nodes carry. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -76,17 +77,29 @@ static int find_scene(const struct gltf_document *document, const char *name)
     return *end == '\0' && index < document->scene_count ? (int)index : -1;
 }
 
+/* Names those that the file has, as many as a message holds. */
+static bool refuse_scene(const struct gltf_document *document, const char *wanted,
+                         struct error *err)
+{
+    char names[120] = "";
+    size_t used = 0, i = 0;
+    for (; i < document->scene_count && used + 8 < sizeof names; i++) {
+        size_t room = sizeof names - used - sizeof ", ''" - sizeof ", ...";
+        used += (size_t)snprintf(names + used, sizeof names - used, "%s'%.*s'", i ? ", " : ": ",
+                                 (int)(room < 40 ? room : 40), document->scenes[i].name);
+    }
+    return error_set(err, ERROR_INVALID_REQUEST, "the file has no scene '%.80s' among its %zu%s%s",
+                     wanted, document->scene_count, names,
+                     i < document->scene_count ? ", ..." : "");
+}
+
 static bool choose_scene(const struct importer *importer, int *scene, struct error *err)
 {
     const struct gltf_document *document = importer->document;
     const char *wanted = importer->desc->scene;
     *scene = document->default_scene == -1 ? 0 : document->default_scene;
     if (wanted && (*scene = find_scene(document, wanted)) < 0)
-        return error_set(err, ERROR_INVALID_REQUEST,
-                         "the file has no scene '%.100s' among its %zu%s%.80s%s", wanted,
-                         document->scene_count, document->scene_count ? ", the first is '" : "",
-                         document->scene_count ? document->scenes[0].name : "",
-                         document->scene_count ? "'" : "");
+        return refuse_scene(document, wanted, err);
     return document->scene_count == 0 || (*scene >= 0 && (size_t)*scene < document->scene_count) ||
            error_set(err, ERROR_INVALID_SCENE, "there is no scene %d", *scene);
 }

@@ -312,6 +312,13 @@ class OpenVdbFiles(support.ServiceTest):
                     continue
                 self.assertAlmostEqual(voxel * 42 / 64, self.depth(summary["id"], middle),
                                        delta=1e-3, msg=name + query)
+            flame = self.push(folder, "several", "?format=vdb&scene=flame")
+            self.assertEqual((["flame"], ["flame", "density"], 0), (
+                flame["density_grids"], flame["file_scenes"], flame["file_scene"]))
+            none = self.daemon.post_scene(pathlib.Path(folder, "several.vdb").read_bytes(),
+                                          "application/octet-stream", "?format=vdb&scene=smoke")
+            self.assertEqual((400, "invalid_request"), (none.status, none.json()["code"]))
+            self.assertIn("no scene 'smoke' among its 2: 'flame', 'density'", none.json()["detail"])
             refused = self.daemon.post_scene(pathlib.Path(folder, "limits.vdb").read_bytes(),
                                              "application/octet-stream", "?format=vdb")
             self.assertEqual((422, "invalid_scene"), (refused.status, refused.json()["code"]))

@@ -41,7 +41,7 @@ static void *read_vdb(const char *name, size_t *size_bytes)
 }
 
 static bool convert_bytes(struct conversion *conversion, const void *bytes, size_t size_bytes,
-                          double unit_m, char up, struct error *err)
+                          double unit_m, char up, const char *scene, struct error *err)
 {
     const struct scene_file file = {"smoke.vdb", bytes, size_bytes};
     return conversion_init(conversion,
@@ -49,18 +49,19 @@ static bool convert_bytes(struct conversion *conversion, const void *bytes, size
                                                        .file_count = 1,
                                                        .format = SCENE_FORMAT_OPENVDB,
                                                        .unit_m = unit_m,
-                                                       .up = up},
+                                                       .up = up,
+                                                       .scene = scene},
                            err);
 }
 
-static struct converted make(const char *name, double unit_m, char up)
+static struct converted make_scene(const char *name, double unit_m, char up, const char *scene)
 {
     struct converted out = {0};
     struct error err = {0};
     size_t size_bytes;
     uint32_t json_bytes;
     out.file = read_vdb(name, &size_bytes);
-    if (!convert_bytes(&out.conversion, out.file, size_bytes, unit_m, up, &err))
+    if (!convert_bytes(&out.conversion, out.file, size_bytes, unit_m, up, scene, &err))
         fail_msg("%s: %s", name, err.message);
     const char *glb = out.conversion.files[0].bytes;
     memcpy(&json_bytes, glb + GLB_LENGTH_AT, sizeof json_bytes);
@@ -68,6 +69,11 @@ static struct converted make(const char *name, double unit_m, char up)
     assert_non_null(out.json);
     out.values = (const float *)(glb + GLB_JSON_AT + json_bytes + CHUNK_HEADER_BYTES);
     return out;
+}
+
+static struct converted make(const char *name, double unit_m, char up)
+{
+    return make_scene(name, unit_m, up, NULL);
 }
 
 static void finish(struct converted *out)
@@ -197,9 +203,9 @@ static void one_density_is_read_and_the_others_are_named(void **state)
     expect_block(&out);
     assert_string_equal(out.conversion.output.warnings,
                         "grid 'velocity' is left out: it is of type vec3s, not a scalar density\n"
-                        "grid 'flame' is left out: it is not read, as one density is\n"
                         "grid 'surface' is left out: it is a level set, not a density\n"
-                        "grid 'count' is left out: it is of type int32, not a scalar density\n");
+                        "grid 'count' is left out: it is of type int32, not a scalar density\n"
+                        "grid 'flame' is left out: one is read, and ?scene=flame reads it\n");
     finish(&out);
     out = make("fire", 1, 'y');
     assert_string_equal(json_string_value(json_object_get(grid_of(&out), "name")), "flame");
@@ -210,11 +216,42 @@ static void one_density_is_read_and_the_others_are_named(void **state)
     finish(&out);
 }
 
+/* Which of the scenes has a node; each is called as its grid. */
+static void expect_scenes(const struct converted *out, const char *const names[2], int shown)
+{
+    json_t *scenes = json_object_get(out->json, "scenes");
+    assert_int_equal(json_array_size(scenes), 2);
+    assert_int_equal(json_integer_value(json_object_get(out->json, "scene")), shown);
+    for (size_t i = 0; i < 2; i++) {
+        json_t *scene = json_array_get(scenes, i);
+        assert_string_equal(json_string_value(json_object_get(scene, "name")), names[i]);
+        assert_int_equal(json_array_size(json_object_get(scene, "nodes")), (int)i == shown);
+    }
+    assert_string_equal(json_string_value(json_object_get(grid_of(out), "name")), names[shown]);
+}
+
+static void a_grid_is_chosen_by_its_name_or_place(void **state)
+{
+    (void)state;
+    static const char *const names[2] = {"flame", "density"};
+    static const struct {
+        const char *scene;
+        int shown;
+    } cases[] = {{NULL, 1}, {"flame", 0}, {"density", 1}, {"#0", 0}, {"#1", 1}, {"surface", 1}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct converted out = make_scene("several", 1, 'y', cases[i].scene);
+        expect_scenes(&out, names, cases[i].shown); /* the importer refuses "surface" */
+        assert_non_null(strstr(out.conversion.output.warnings,
+                               cases[i].shown ? "?scene=flame" : "?scene=density"));
+        finish(&out);
+    }
+}
+
 static void refused(const void *bytes, size_t size_bytes, const char *words)
 {
     struct conversion conversion;
     struct error err = {0};
-    if (convert_bytes(&conversion, bytes, size_bytes, 1, 'y', &err))
+    if (convert_bytes(&conversion, bytes, size_bytes, 1, 'y', NULL, &err))
         fail_msg("taken, not refused: %s", words);
     conversion_finish(&conversion);
     if (err.code != ERROR_INVALID_SCENE || !strstr(err.message, words))
@@ -290,6 +327,7 @@ int main(void)
         cmocka_unit_test(a_transform_becomes_the_box_or_the_matrix_of_the_node),
         cmocka_unit_test(unit_and_axis_are_a_node_above_and_keep_the_optical_depth),
         cmocka_unit_test(one_density_is_read_and_the_others_are_named),
+        cmocka_unit_test(a_grid_is_chosen_by_its_name_or_place),
         cmocka_unit_test(bad_grids_are_refused_by_name),
         cmocka_unit_test(a_file_that_is_cut_anywhere_is_refused),
     };

@@ -86,7 +86,7 @@ static void a_scene_that_is_not_there_is_refused(void **state)
         struct error err = {0};
         assert_null(import(FILE_OF(THREE), scenes[i], &told, &err));
         assert_int_equal(err.code, ERROR_INVALID_REQUEST);
-        assert_non_null(strstr(err.message, "among its 3, the first is 'Day'"));
+        assert_non_null(strstr(err.message, "among its 3: 'Day', 'Night', ''"));
     }
     struct error none = {0}, broken = {0};
     assert_null(import(FILE_OF(""), "#0", &told, &none));

@@ -100,7 +100,8 @@ class Client:
         """Brings a scene and answers its summary; harmless when it is there already.
 
         name: what it is called; None takes the name of the file.
-        scene: which scene of the file, by its name or "#1", its index; None leaves it to the file.
+        scene: which scene of the file, by its name or "#1", its index, and which grid of one of
+        OpenVDB; None leaves it to the file.
 
         unit: what one unit of a file that is not glTF is: mm, cm, m, in, ft; up: its axis that
         points up: y, z. None leaves them to the file. deflection: how far the triangles of STEP

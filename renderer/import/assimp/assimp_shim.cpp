@@ -388,7 +388,7 @@ void warm_up()
 {
     static const char triangle[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     const struct scene_file file = {"scene.obj", triangle, sizeof triangle - 1};
-    const struct converter_input input = {&file, 1, &file, SCENE_FORMAT_OBJ, 1, 'y', 0};
+    const struct converter_input input = {&file, 1, &file, SCENE_FORMAT_OBJ, 1, 'y', 0, nullptr};
     struct converter_output output;
     struct error ignored = {};
     if (!convert(&input, &output, &ignored))

@@ -88,35 +88,69 @@ std::string reason_of(const openvdb::GridBase &grid)
         return "a level set, not a density";
     if (!is_scalar(grid))
         return "of type " + grid.valueType() + ", not a scalar density";
-    return grid.getGridClass() == openvdb::GRID_STAGGERED ? "a staggered grid, not a density"
-                                                          : "not read, as one density is";
+    return "a staggered grid, not a density";
 }
 
+std::string name_of(const openvdb::GridBase &grid)
+{
+    return grid.getName().empty() ? "density" : grid.getName();
+}
+
+// Of a density: how far it goes before others where none is named.
 int rank_of(const openvdb::GridBase &grid)
 {
-    if (!is_density(grid))
-        return 0;
     if (grid.getName() == "density")
-        return 3;
-    return grid.getGridClass() == openvdb::GRID_FOG_VOLUME ? 2 : 1;
+        return 2;
+    return grid.getGridClass() == openvdb::GRID_FOG_VOLUME;
 }
 
-openvdb::GridBase::Ptr choose(const openvdb::GridPtrVec &grids, std::string *warnings)
+// The densities of the file, in its order.
+openvdb::GridPtrVec find_densities(const openvdb::GridPtrVec &grids, std::string *warnings)
 {
-    openvdb::GridBase::Ptr best;
-    for (const openvdb::GridBase::Ptr &grid : grids)
-        if (grid && rank_of(*grid) > (best ? rank_of(*best) : 0))
-            best = grid;
+    openvdb::GridPtrVec densities;
     std::string lines;
     for (const openvdb::GridBase::Ptr &grid : grids)
-        if (grid && grid != best)
+        if (grid && is_density(*grid))
+            densities.push_back(grid);
+        else if (grid)
             lines += text("grid '%.80s' is left out: it is ", grid->getName().c_str()) +
                      reason_of(*grid) + "\n";
-    if (!best && grids.empty())
+    if (densities.empty() && grids.empty())
         refuse("it holds no grid");
-    if (!best)
+    if (densities.empty())
         refuse("it holds no grid of densities: %s", lines.substr(0, lines.find('\n')).c_str());
     *warnings += lines;
+    return densities;
+}
+
+// The place that is meant, as the importer finds the scene of that place: by names first, as they
+// stand in glTF. Their count: none.
+size_t find_wanted(const openvdb::GridPtrVec &densities, const char *wanted)
+{
+    size_t place = 0;
+    while (place < densities.size() &&
+           json_string(name_of(*densities[place])) != json_string(wanted))
+        place++;
+    if (place == densities.size())
+        for (place = 0; place < densities.size() && "#" + std::to_string(place) != wanted;)
+            place++;
+    return place;
+}
+
+size_t choose(const openvdb::GridPtrVec &densities, const char *wanted, std::string *warnings)
+{
+    size_t best = 0;
+    for (size_t i = 1; i < densities.size(); i++)
+        if (rank_of(*densities[i]) > rank_of(*densities[best]))
+            best = i;
+    size_t said = wanted ? find_wanted(densities, wanted) : densities.size();
+    best = said < densities.size() ? said : best;
+    for (size_t i = 0; i < densities.size(); i++)
+        if (i != best) {
+            std::string name = name_of(*densities[i]);
+            *warnings += text("grid '%.80s' is left out: one is read, and ?scene=%.80s reads it\n",
+                              name.c_str(), name.c_str());
+        }
     return best;
 }
 
@@ -212,13 +246,16 @@ template <typename grid_type> void fill(const grid_type &grid, volume *out, std:
 
 } // namespace
 
-volume read_volume(const struct scene_file &file, std::string *warnings)
+volume read_volume(const struct scene_file &file, const char *wanted, std::string *warnings)
 {
-    openvdb::GridPtrVecPtr grids = read_file(file);
-    openvdb::GridBase::Ptr grid = choose(*grids, warnings);
-    grids.reset(); // the others are freed before the values are spread out
+    openvdb::GridPtrVec densities = find_densities(*read_file(file), warnings);
     volume out = {};
-    out.name = grid->getName().empty() ? "density" : grid->getName();
+    out.place = choose(densities, wanted, warnings);
+    for (const openvdb::GridBase::Ptr &density : densities)
+        out.names.push_back(name_of(*density));
+    openvdb::GridBase::Ptr grid = densities[out.place];
+    densities.clear(); // the others are freed before the values are spread out
+    out.name = out.names[out.place];
     read_transform(*grid, &out);
     measure(*grid, &out);
     out.values.resize(out.size[0] * out.size[1] * out.size[2] * sizeof(float));

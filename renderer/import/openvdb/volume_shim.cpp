@@ -66,6 +66,18 @@ bool is_plain(const std::array<double, 16> &m)
     return true;
 }
 
+// Each density of the file is a scene of its name; the one that was read has the node.
+std::string write_scenes(const volume &volume, bool is_turned)
+{
+    std::string scenes;
+    for (size_t i = 0; i < volume.names.size(); i++)
+        scenes += std::string(i ? "," : "") + "{\"name\":" + json_string(volume.names[i]) +
+                  (i != volume.place ? "}"
+                   : is_turned       ? ",\"nodes\":[1]}"
+                                     : ",\"nodes\":[0]}");
+    return "\"scene\":" + std::to_string(volume.place) + ",\"scenes\":[" + scenes + "]";
+}
+
 // A plain transform goes into the box; any other is the matrix of the node.
 std::string write_gltf(const volume &volume, const struct scene_origin &origin)
 {
@@ -92,9 +104,8 @@ std::string write_gltf(const volume &volume, const struct scene_origin &origin)
                  numbers(turn) + "}";
     }
     std::string bytes = std::to_string(volume.values.size());
-    return "{\"asset\":{\"version\":\"2.0\"},\"extensionsUsed\":[\"VITRAIL_density_grids\"],"
-           "\"scene\":0,\"scenes\":[{\"nodes\":[" +
-           std::string(is_turned ? "1" : "0") + "]}],\"nodes\":[" + nodes +
+    return "{\"asset\":{\"version\":\"2.0\"},\"extensionsUsed\":[\"VITRAIL_density_grids\"]," +
+           write_scenes(volume, is_turned) + ",\"nodes\":[" + nodes +
            "],\"extensions\":{\"VITRAIL_density_grids\":{\"grids\":[{\"name\":" + name +
            ",\"size\":" + numbers(volume.size) + ",\"values\":0,\"min\":" + numbers(box.min) +
            ",\"max\":" + numbers(box.max) + text(",\"density\":%.17g", 1 / origin.unit_m) +
@@ -109,7 +120,7 @@ void convert_all(const struct converter_input *input, struct converter_output *o
 {
     keep_to_one_thread();
     std::string lines;
-    volume volume = read_volume(*input->root, &lines);
+    volume volume = read_volume(*input->root, input->scene, &lines);
     output->origin = origin_of(*input);
     if (output->origin.unit_by == SCENE_WORD_DEFAULT)
         lines +=
