@@ -377,6 +377,19 @@ void gl_framebuffer_apply_clears(void)
     glFlush();
 }
 
+void gl_disable_fragment_stages(void)
+{
+    static const GLenum stages[] = {GL_BLEND,
+                                    GL_SCISSOR_TEST,
+                                    GL_STENCIL_TEST,
+                                    GL_POLYGON_OFFSET_FILL,
+                                    GL_DEPTH_CLAMP,
+                                    GL_SAMPLE_ALPHA_TO_COVERAGE,
+                                    GL_RASTERIZER_DISCARD};
+    for (size_t i = 0; i < sizeof stages / sizeof *stages; i++)
+        glDisable(stages[i]);
+}
+
 void gl_vertex_array_init(struct gl_vertex_array *array, const char *label)
 {
     assert(!array->name);

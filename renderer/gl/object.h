@@ -121,6 +121,10 @@ void gl_framebuffer_finish(struct gl_framebuffer *framebuffer);
 /* To be called for a framebuffer that was cleared and not drawn to: zink (Mesa 25.0.7) defers the
  * clear until the next draw, and compute shaders read the old texels meanwhile. */
 void gl_framebuffer_apply_clears(void);
+/* Turns off what a pass before may have left on between triangles and what is written: blending,
+ * scissor and stencil tests, offsets and clamps of depth, coverage by alpha, discarding. Depth
+ * tests and culling are each pass's own. */
+void gl_disable_fragment_stages(void);
 
 struct gl_vertex_array {
     uint32_t name;

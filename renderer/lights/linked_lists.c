@@ -248,12 +248,9 @@ static void set_tile_uniforms(const struct linked_lists *lists, const struct gl_
 
 static void set_state(const struct linked_lists *lists)
 {
+    gl_disable_fragment_stages();
     glDisable(GL_DEPTH_TEST);
-    glDisable(GL_STENCIL_TEST);
-    glDisable(GL_BLEND);
     glDisable(GL_CULL_FACE);
-    glDisable(GL_SCISSOR_TEST);
-    glDisable(GL_POLYGON_OFFSET_FILL);
     for (unsigned i = 0; i < 8; i++)
         glDisable(GL_CLIP_DISTANCE0 + i);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);

@@ -418,17 +418,9 @@ static void blend_texels(enum caster_pass pass, uint32_t part)
  * attachment. */
 static void set_state(const struct paint_job *job)
 {
-    static const GLenum disabled[] = {GL_BLEND,
-                                      GL_SCISSOR_TEST,
-                                      GL_STENCIL_TEST,
-                                      GL_POLYGON_OFFSET_FILL,
-                                      GL_DEPTH_CLAMP,
-                                      GL_SAMPLE_ALPHA_TO_COVERAGE,
-                                      GL_RASTERIZER_DISCARD};
     enum caster_pass pass = job->desc->pass;
     const struct shadow_map *map = job->builds[0]->map;
-    for (size_t i = 0; i < sizeof disabled / sizeof *disabled; i++)
-        glDisable(disabled[i]);
+    gl_disable_fragment_stages();
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(pass == CASTER_LINK_FAITHFUL ? GL_ALWAYS : GL_GREATER);

@@ -48,16 +48,9 @@ bool volume_drawing_reserve(struct volume_drawing *drawing, int width, int heigh
 
 static void set_state(int width, int height)
 {
-    static const GLenum disabled[] = {GL_DEPTH_TEST,
-                                      GL_CULL_FACE,
-                                      GL_SCISSOR_TEST,
-                                      GL_STENCIL_TEST,
-                                      GL_POLYGON_OFFSET_FILL,
-                                      GL_DEPTH_CLAMP,
-                                      GL_SAMPLE_ALPHA_TO_COVERAGE,
-                                      GL_RASTERIZER_DISCARD};
-    for (size_t i = 0; i < sizeof disabled / sizeof *disabled; i++)
-        glDisable(disabled[i]);
+    gl_disable_fragment_stages();
+    glDisable(GL_DEPTH_TEST);
+    glDisable(GL_CULL_FACE);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glDepthMask(GL_FALSE);
     glViewport(0, 0, width, height);
