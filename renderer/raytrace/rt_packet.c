@@ -76,6 +76,39 @@ static bool is_plain_end(const struct rt_packet *packet,
     return along < 0 && along * along > 1e-8 * square;
 }
 
+static const float LEANING = 1e-4f, STEEP = 0.05f, BORDER = 1e-3f; /* cosines; share of a side */
+
+/* along: the product of normal and direction; square: of their lengths' squares. */
+INSIDE_FORMS uint32_t meets(float along, float square)
+{
+    uint32_t front = along < 0 ? RT_MEETS_FRONT : 0;
+    uint32_t leaning = along * along > LEANING * LEANING * square ? RT_MEETS_LEANING : 0;
+    uint32_t steep = along * along > STEEP * STEEP * square ? RT_MEETS_STEEP : 0;
+    return front | leaning | steep;
+}
+
+/* Of the mesh, not of the normal that Embree has. */
+static uint32_t meets_mesh(const struct rt_mesh *mesh, uint32_t meets)
+{
+    return mesh->positions ? meets ^ (mesh->is_mirrored ? RT_MEETS_FRONT : 0) : 0;
+}
+
+static uint32_t meets_lane(const struct RTCFilterFunctionNArguments *args, unsigned i)
+{
+    const float u = packet_float(args->hit, args->N, RT_HIT_U, i);
+    const float v = packet_float(args->hit, args->N, RT_HIT_U + 1, i);
+    float along = 0, normal = 0, way = 0;
+    for (unsigned k = 0; k < 3; k++) {
+        const float n = packet_float(args->hit, args->N, k, i);
+        const float d = packet_float(args->ray, args->N, RT_RAY_DIRECTION + k, i);
+        along += n * d;
+        normal += n * n;
+        way += d * d;
+    }
+    const bool is_inside = (u > BORDER) & (v > BORDER) & (u + v < 1 - BORDER);
+    return meets(along, normal * way) | (is_inside ? RT_MEETS_INSIDE : 0);
+}
+
 /* Keeps a transparent candidate for when the ray's end is known: most rays of a shadow end at an
  * opaque surface, and then it does not count. */
 static bool put_aside(struct rt_packet *packet, uint32_t lane, const struct rt_candidate *candidate)
@@ -94,12 +127,14 @@ static bool filter_lane(struct rt_packet *packet, const struct RTCFilterFunction
 {
     uint32_t first = ((const struct packet_context *)embree_context_of(args))->first;
     uint32_t lane = first + packet_word(args->ray, args->N, RT_RAY_ID, i);
-    const struct rt_candidate candidate = {
+    struct rt_candidate candidate = {
         packet_float(args->ray, args->N, RT_RAY_TFAR, i),
         rt_mesh_of_hit(packet_word(args->hit, args->N, RT_HIT_MESH, i),
                        packet_word(args->hit, args->N, RT_HIT_INSTANCE, i)),
-        packet_word(args->hit, args->N, RT_HIT_TRIANGLE, i)};
+        packet_word(args->hit, args->N, RT_HIT_TRIANGLE, i), 0};
     const struct rt_mesh *mesh = &packet->scene->meshes[candidate.mesh];
+    if (mesh->is_sheet)
+        candidate.meets = meets_mesh(mesh, meets_lane(args, i));
     packet->used |= 1u << lane;
     if (mesh->class_ == STATE_TRANSPARENT && put_aside(packet, lane, &candidate))
         return false;
@@ -264,7 +299,10 @@ static struct RTCRay lane_ray(const struct rt_query *query, unsigned lane)
                            .id = lane};
 }
 
-enum { WARY_RAYS = 128 };
+enum {
+    WARY_RAYS = 128,
+    CLEAR_NUDGES = 160, /* of rt_scene.nudge_m, at an angle that is STEEP */
+};
 
 static void forget_hits(struct rt_packet *packet)
 {
@@ -334,6 +372,32 @@ static void prefetch(const struct rt_packet *packet)
     }
 }
 
+/* meets: of width rays, whose hits are there. */
+INSIDE_FORMS void find_meets(const float *floats, unsigned width, uint32_t *found)
+{
+    const float *normals = floats + RT_RAY_MEMBERS * width;
+    const float *ways = floats + RT_RAY_DIRECTION * width;
+    for (unsigned i = 0; i < width; i++) {
+        float along = 0, normal = 0, way = 0;
+        for (unsigned k = 0; k < 3; k++) {
+            const float n = normals[k * width + i], d = ways[k * width + i];
+            along += n * d;
+            normal += n * n;
+            way += d * d;
+        }
+        found[i] = meets(along, normal * way);
+    }
+}
+
+PROCESSOR_FORMS static void meet_ends(const float *restrict floats, unsigned width,
+                                      uint32_t *restrict found)
+{
+    if (width == RT_LANES) /* constants are worth it */
+        find_meets(floats, RT_LANES, found);
+    else
+        find_meets(floats, 8, found);
+}
+
 static void intersect_lanes(struct rt_packet *packet, struct packet_context *context,
                             unsigned count)
 {
@@ -359,12 +423,14 @@ static void intersect_lanes(struct rt_packet *packet, struct packet_context *con
         instances[i] = one.hit.instID[0];
         triangles[i] = one.hit.primID;
     }
-    uint32_t ended = 0;
+    uint32_t ended = 0, found[RT_LANES];
+    meet_ends(query->floats, w, found);
     for (unsigned i = 0; i < count; i++) {
         packet->ends[context->first + i] =
             (struct rt_candidate){.t = ends[i],
                                   .mesh = rt_mesh_of_hit(meshes[i], instances[i]),
-                                  .triangle = triangles[i]};
+                                  .triangle = triangles[i],
+                                  .meets = found[i]};
         ended |= (uint32_t)(meshes[i] != RTC_INVALID_GEOMETRY_ID) << i;
     }
     packet->ended |= ended << context->first;
@@ -489,13 +555,103 @@ void rt_packet_occlude(struct rt_packet *packet)
             collect_filters(packet, i);
 }
 
-uint32_t rt_packet_pass(struct rt_packet *packet, const struct rt_wide_rays *rays, uint32_t lanes)
+static bool is_among(const struct rt_candidate *known, int count,
+                     const struct rt_candidate *candidate)
+{
+    for (int k = 0; k < count; k++)
+        if (known[k].mesh == candidate->mesh && known[k].triangle == candidate->triangle)
+            return true;
+    return false;
+}
+
+static bool is_sheet_clear(const struct rt_candidate *candidate)
+{
+    return (candidate->meets & (RT_MEETS_STEEP | RT_MEETS_INSIDE)) ==
+           (RT_MEETS_STEEP | RT_MEETS_INSIDE);
+}
+
+/* Puts what waits on a ray in order, each triangle once. Returns how many lie before t_max; -1
+ * where f32 does not tell: something is not clear, or near an end of the ray or to another. */
+static int order_sheets(struct rt_packet *packet, int lane, double t_min, double t_max)
+{
+    struct rt_candidate *waiting = packet->waiting[lane];
+    const double apart = CLEAR_NUDGES * packet->scene->nudge_m;
+    double before = t_min;
+    int count = 0, kept = 0;
+    if (packet->hits[lane].count || packet->hits[lane].has_overflowed)
+        return -1;
+    for (int i = 0; i < packet->waiting_counts[lane]; i++) {
+        const struct rt_candidate candidate = waiting[i];
+        if (!is_sheet_clear(&candidate))
+            return -1;
+        if (is_among(waiting, count, &candidate))
+            continue;
+        int k = count++;
+        for (; k && waiting[k - 1].t > candidate.t; k--)
+            waiting[k] = waiting[k - 1];
+        waiting[k] = candidate;
+    }
+    for (; kept < count && (double)waiting[kept].t < t_max; kept++) {
+        const double t = (double)waiting[kept].t;
+        if (!(t - before > apart + 1e-5 * before))
+            return -1;
+        before = t;
+    }
+    const double beyond = kept < count ? (double)waiting[kept].t - t_max : INFINITY;
+    const double slack = apart + 1e-5 * before;
+    return t_max - before > slack && beyond > apart + 1e-5 * t_max ? kept : -1;
+}
+
+int rt_packet_sheets(struct rt_packet *packet, const struct rt_wide_rays *rays, int lane)
+{
+    const struct rt_candidate *end = &packet->ends[lane];
+    const double t_min = rays->t_min[lane], t_max = rays->t_max[lane], t = (double)end->t;
+    if (!(packet->ended >> lane & 1))
+        return order_sheets(packet, lane, t_min, t_max);
+    const struct rt_mesh *mesh = &packet->scene->meshes[end->mesh];
+    const uint32_t found = meets_mesh(mesh, end->meets);
+    const bool is_drawn = mesh->is_double_sided || (found & RT_MEETS_FRONT);
+    if (!is_drawn || !(found & RT_MEETS_LEANING) || !(t > t_min * 1.0001 && t * 1.0001 < t_max))
+        return -1;
+    if (!packet->waiting_counts[lane])
+        return packet->hits[lane].count || packet->hits[lane].has_overflowed ? -1 : 0;
+    return found & RT_MEETS_STEEP ? order_sheets(packet, lane, t_min, t) : -1;
+}
+
+bool rt_packet_end_is_front(const struct rt_packet *packet, int lane)
+{
+    const struct rt_candidate *end = &packet->ends[lane];
+    return meets_mesh(&packet->scene->meshes[end->mesh], end->meets) & RT_MEETS_FRONT;
+}
+
+/* False where hits are needed. */
+static bool pass_sheets(struct rt_packet *packet, const struct rt_wide_rays *rays, int lane,
+                        double (*passes)[RT_WIDE])
+{
+    int count = order_sheets(packet, lane, rays->t_min[lane], rays->t_max[lane]);
+    if (count < 0)
+        return false;
+    for (int i = 0; i < count; i++) {
+        const double *filter = packet->scene->meshes[packet->waiting[lane][i].mesh].filter;
+        for (int k = 0; k < 3; k++)
+            passes[k][lane] *= filter[k];
+    }
+    packet->waiting_counts[lane] = 0;
+    packet->used &= ~(1u << lane);
+    return true;
+}
+
+uint32_t rt_packet_pass(struct rt_packet *packet, const struct rt_wide_rays *rays, uint32_t lanes,
+                        double (*passes)[RT_WIDE])
 {
     packet->made = 0;
     occlude(packet, rays, lanes);
     for (int i = 0; i < packet->count; i++)
         lanes &= ~((uint32_t)packet->is_occluded[i] << i);
-    for (uint32_t left = lanes & packet->used; left; left &= left - 1)
-        collect_filters(packet, __builtin_ctz(left));
+    for (uint32_t left = lanes & packet->used; left; left &= left - 1) {
+        const int i = __builtin_ctz(left);
+        if (!passes || !pass_sheets(packet, rays, i, passes))
+            collect_filters(packet, i);
+    }
     return lanes;
 }

@@ -20,15 +20,25 @@ enum {
     RT_RAY_MASK = 9,
     RT_RAY_ID = 10,
     RT_RAY_MEMBERS = 12,
+    RT_HIT_U = 3,
     RT_HIT_TRIANGLE = 5,
     RT_HIT_MESH = 6,
     RT_HIT_INSTANCE = 7,
     RT_HIT_MEMBERS = 8,
 };
 
+/* What f32 says of how a ray meets a triangle. */
+enum {
+    RT_MEETS_FRONT = 1,   /* of what the mesh calls its front */
+    RT_MEETS_LEANING = 2, /* its side is beyond doubt */
+    RT_MEETS_STEEP = 4,   /* and so is its place within CLEAR_NUDGES, rt_packet.c */
+    RT_MEETS_INSIDE = 8,  /* not at its border; of transparent ones alone */
+};
+
 struct rt_candidate { /* a triangle that Embree found on a ray */
     float t;
     uint32_t mesh, triangle;
+    uint32_t meets; /* RT_MEETS_*; 0 of instances */
 };
 
 /* Makes one ray of a packet, the same that Embree was given in f32. */
@@ -80,11 +90,20 @@ static inline uint32_t rt_packet_empty(const struct rt_packet *packet)
 {
     return ~(packet->ended | packet->used) & ((1u << packet->count) - 1);
 }
+/* After rt_packet_seek: how many sheets lie before the end of a ray that ends on an opaque surface
+ * or at nothing. They are in order in `waiting`, each triangle once, and with the end they are what
+ * rt_packet_collect_one would find. -1: f32 does not tell, and that is to be asked. */
+int rt_packet_sheets(struct rt_packet *packet, const struct rt_wide_rays *rays, int lane);
+/* Where it has such an end. */
+bool rt_packet_end_is_front(const struct rt_packet *packet, int lane);
 /* After rt_packet_seek: all hits of one ray, as rt_packet_collect has them. */
 void rt_packet_collect_one(struct rt_packet *packet, int lane);
 
-/* lanes: 1 << lane of those to trace. Returns those that are not occluded; their hits are there. */
-uint32_t rt_packet_pass(struct rt_packet *packet, const struct rt_wide_rays *rays, uint32_t lanes);
+/* lanes: 1 << lane of those to trace. Returns those that are not occluded; their hits are there.
+ * passes: NULL, or in and out: of lanes whose way needs no hits, what its filters let through is
+ * multiplied to these three; they are no longer `used`. */
+uint32_t rt_packet_pass(struct rt_packet *packet, const struct rt_wide_rays *rays, uint32_t lanes,
+                        double (*passes)[RT_WIDE]);
 
 static inline const struct rt_ray *rt_packet_ray(struct rt_packet *packet, int lane)
 {

@@ -129,7 +129,9 @@ static bool trace_wide(struct tracer *tracer, const int (*pixels)[2])
     rt_job_camera_ways(tracer->job, &tracer->places, wide->rays.direction);
     rt_packet_seek(packet, &wide->rays);
     const uint32_t empty = rt_packet_empty(packet);
-    const uint32_t met = rt_wholes_meet(&tracer->batch, packet, &wide->rays, &wide->hits);
+    uint32_t met = 0;
+    if (samples > 1) /* which may see neighbouring triangles of one surface */
+        met = rt_wholes_meet(&tracer->batch, packet, &wide->rays, &wide->hits);
     struct rt_whole_sample whole = {
         .packet = packet, .rays = &wide->rays, .hits = &wide->hits, .lane = 0};
     for (; whole.lane < packet->count; whole.lane += samples, pixels++) {
@@ -140,7 +142,8 @@ static bool trace_wide(struct tracer *tracer, const int (*pixels)[2])
             write_background(tracer, pixels, 1);
             continue;
         }
-        if ((met & all) == all && rt_wholes_take(&tracer->batch, &whole))
+        if (((met & all) == all && rt_wholes_take(&tracer->batch, &whole)) ||
+            rt_wholes_take_sheets(&tracer->batch, &whole))
             continue;
         for (int s = 0; s < samples; s++)
             rt_packet_collect_one(packet, whole.lane + s);

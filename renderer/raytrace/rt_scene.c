@@ -69,6 +69,8 @@ static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
     mesh->is_bare = rt_surface_is_bare(mesh);
     mesh->is_plain = rt_surface_is_plain(mesh);
     mesh->is_filter_plain = rt_surface_plain_filter(mesh, quality->blend_filter, mesh->filter);
+    mesh->is_sheet = mesh->is_filter_plain && m->alpha_mode != SCENE_MASK && !mesh->is_medium &&
+                     !mesh->is_ground && !mesh->cast_once && mesh->bend == STATE_BEND_NONE;
 }
 
 /* FNV-1a by words: of the geometry alone, so that a change of colours keeps it. */

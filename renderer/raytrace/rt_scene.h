@@ -39,6 +39,8 @@ struct rt_mesh { /* one state item, triangles only */
     bool is_bare, is_plain;         /* rt_surface_is_bare, rt_surface_is_plain */
     bool is_filter_plain;           /* every crossing multiplies light by `filter`, at any angle */
     double filter[3];
+    bool is_sheet; /* is_filter_plain, and nothing else depends on how often and where it is crossed
+                    */
 };
 
 /* The three vertex numbers (in the mesh's streams) of a triangle. */

@@ -203,6 +203,7 @@ static void add_member(const struct rt_batch *batch, struct rt_whole_group *grou
     wide->v[i] = sum->v;
     wide->count[i] = sum->count;
     wide->side[i] = member->is_front ? 1 : -1;
+    group->sought[i] = 0;
     group->x[i] = member->x;
     group->y[i] = member->y;
     group->triangles[i] = member->triangle;
@@ -368,11 +369,122 @@ bool rt_wholes_take_layers(struct rt_batch *batch, const struct rt_whole_sample 
     return true;
 }
 
+/* A triangle that the pixel's rays meet, known in f32: light_group finds where. */
+static void add_met_triangle(struct rt_batch *batch, const struct rt_whole_sample *at,
+                             const struct rt_candidate *met, struct rt_whole_layer *layer,
+                             double *radiance)
+{
+    const struct rt_mesh *mesh = &batch->desc.scene->meshes[met->mesh];
+    struct rt_whole_group *group = open_group(batch, met->mesh, met->triangle);
+    struct rt_wide *wide = &group->wide;
+    const uint32_t *vertices = mesh->triangles + 3 * (size_t)met->triangle;
+    const double *corners[3];
+    double room[3][3];
+    const int i = group->count++;
+    rt_mesh_corners(mesh, met->triangle, room, corners);
+    for (int c = 0; c < 3; c++)
+        for (int k = 0; k < 3; k++) {
+            wide->corners[c][k][i] = corners[c][k];
+            wide->normals[c][k][i] = mesh->normals[3 * (size_t)vertices[c] + (size_t)k];
+        }
+    for (int s = 0; s < batch->desc.samples; s++)
+        for (int k = 0; k < 3; k++)
+            group->ways[s][k][i] = at->rays->direction[k][at->lane + s];
+    wide->count[i] = batch->desc.samples;
+    group->sought[i] = 1;
+    group->x[i] = at->x;
+    group->y[i] = at->y;
+    group->triangles[i] = met->triangle;
+    group->radiance[i] = radiance;
+    if (layer) {
+        layer->alpha = group->shading.alpha;
+        memcpy(layer->filter, group->shading.filter, sizeof layer->filter);
+    }
+}
+
+static bool may_be_layer(const struct rt_mesh *mesh, uint32_t meets)
+{
+    return mesh->is_plain && (mesh->is_double_sided || (meets & RT_MEETS_FRONT));
+}
+
+static bool is_same_triangle(const struct rt_candidate *a, const struct rt_candidate *b)
+{
+    return a->mesh == b->mesh && a->triangle == b->triangle;
+}
+
+/* How many sheets all samples of a pixel see. -1: not the same, or they cannot be layers. */
+static int count_sheets(const struct rt_batch *batch, const struct rt_whole_sample *at)
+{
+    struct rt_packet *packet = at->packet;
+    const struct rt_mesh *meshes = batch->desc.scene->meshes;
+    const uint32_t all = (1u << batch->desc.samples) - 1, ended = packet->ended >> at->lane & all;
+    const struct rt_candidate *first = packet->waiting[at->lane], *end = &packet->ends[at->lane];
+    if (ended && (ended != all || !may_fill(&meshes[end->mesh])))
+        return -1;
+    const int count = rt_packet_sheets(packet, at->rays, at->lane);
+    for (int i = 0; i < count; i++)
+        if (!may_be_layer(&meshes[first[i].mesh], first[i].meets))
+            return -1;
+    for (int s = 1; s < batch->desc.samples && count >= 0; s++) {
+        const struct rt_candidate *own = packet->waiting[at->lane + s];
+        if ((ended && !is_same_triangle(end, &end[s])) ||
+            rt_packet_sheets(packet, at->rays, at->lane + s) != count)
+            return -1;
+        for (int i = 0; i < count; i++)
+            if (!is_same_triangle(&first[i], &own[i]))
+                return -1;
+    }
+    return count;
+}
+
+bool rt_wholes_take_sheets(struct rt_batch *batch, const struct rt_whole_sample *at)
+{
+    struct rt_wholes *wholes = batch->wholes;
+    const struct rt_candidate *end = &at->packet->ends[at->lane];
+    const struct rt_candidate *sheets = at->packet->waiting[at->lane];
+    const int count = count_sheets(batch, at);
+    if (count < 0 || wholes->layer_count + (size_t)count > RT_WHOLE_LAYERS)
+        return false;
+    struct rt_whole_pixel *pixel = &wholes->pixels[wholes->count++];
+    pixel->x = at->x;
+    pixel->y = at->y;
+    pixel->first_layer = (uint32_t)wholes->layer_count;
+    pixel->layer_count = (uint32_t)count;
+    pixel->is_open = !(at->packet->ended >> at->lane & 1);
+    pixel->split = 0;
+    wholes->layer_count += (size_t)count;
+    for (int i = 0; i < count; i++) {
+        struct rt_whole_layer *layer = &wholes->layers[pixel->first_layer + (uint32_t)i];
+        add_met_triangle(batch, at, &sheets[i], layer, layer->radiance);
+    }
+    if (pixel->is_open)
+        return true;
+    pixel->mesh = end->mesh;
+    pixel->is_front = rt_packet_end_is_front(at->packet, at->lane);
+    for (int s = 0; s < batch->desc.samples; s++)
+        pixel->triangles[s] = end->triangle;
+    add_met_triangle(batch, at, end, NULL, pixel->radiance);
+    return true;
+}
+
+static bool is_any_sought(const struct rt_whole_group *group)
+{
+    uint32_t any = 0;
+    for (int i = 0; i < group->count; i++)
+        any |= group->sought[i];
+    return any;
+}
+
 static void place(const struct rt_batch *batch, struct rt_whole_group *group)
 {
     const struct rt_scene *scene = batch->desc.scene;
     const struct rt_mesh *mesh = &scene->meshes[group->mesh];
     const struct camera *camera = batch->desc.camera;
+    double eye[3];
+    vec3_sub(camera->eye, scene->origin, eye);
+    if (is_any_sought(group))
+        rt_wide_find(eye, mesh->is_mirrored, batch->desc.samples,
+                     (const double(*)[3][RT_WIDE])group->ways, group->sought, &group->wide);
     struct rt_wide_mesh alike = {.is_mirrored = mesh->is_mirrored,
                                  .nudge_m = scene->nudge_m,
                                  .is_smoothed = mesh->class_ == STATE_OPAQUE &&
@@ -449,7 +561,8 @@ static uint32_t pass_shadows(struct rt_batch *batch, const struct rt_whole_group
     packet->make = make_ray;
     packet->from = &maker;
     batch->shadow_rays += (uint64_t)__builtin_popcount(lanes);
-    lanes = rt_packet_pass(packet, &wholes->rays, lanes);
+    lanes = rt_packet_pass(packet, &wholes->rays, lanes,
+                           scene->meshes[group->mesh].no_self_shadow ? NULL : wholes->passes);
     for (uint32_t left = lanes & packet->used; left; left &= left - 1) {
         const int i = __builtin_ctz(left);
         double passed[3] = {1, 1, 1}, no_media[3] = {0};

@@ -40,6 +40,9 @@ struct rt_whole_group { /* surfaces of one mesh, waiting */
     int x[RT_WIDE], y[RT_WIDE];
     uint32_t triangles[RT_WIDE];
     double *radiance[RT_WIDE]; /* out: of three each */
+    /* of lanes whose triangles are known alone: rt_wide_find finds the rest */
+    uint32_t sought[RT_WIDE];
+    double ways[RT_WHOLE_SAMPLES_MAX][3][RT_WIDE]; /* of each sample */
     /* what all surfaces of the mesh have alike, whichever of them it was evaluated at */
     struct rt_surface surface;
     struct rt_reflector reflector;
@@ -72,12 +75,16 @@ uint32_t rt_wholes_meet(const struct rt_batch *batch, const struct rt_packet *pa
  * rt_wholes_meet found. */
 struct rt_whole_sample {
     int x, y, lane;
-    const struct rt_packet *packet;
+    struct rt_packet *packet;
     const struct rt_wide_rays *rays;
     const struct rt_wide_hits *hits;
 };
 /* False, and nothing happens, where it is not filled by one surface. */
 bool rt_wholes_take(struct rt_batch *batch, const struct rt_whole_sample *sample);
+
+/* The same where only packet and rays are known: all samples see the same sheets and, behind them,
+ * the same triangle or nothing. False, too, where f32 does not tell. */
+bool rt_wholes_take_sheets(struct rt_batch *batch, const struct rt_whole_sample *sample);
 
 /* The same after rt_packet_collect_one of all its lanes, whatever they met. */
 bool rt_wholes_take_layers(struct rt_batch *batch, const struct rt_whole_sample *sample);

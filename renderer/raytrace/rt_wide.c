@@ -352,15 +352,15 @@ INSIDE_FORMS void cross(const double a[3], const double b[3], double out[3])
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/* As refine_hit of rt_scene.c. */
-INSIDE_FORMS void meet_lane(const struct rt_wide_rays *rays, struct rt_wide_hits *hits, int i,
-                            bool has_normals)
+/* t, u, v and det of refine_hit of rt_scene.c. */
+struct met {
+    double t, u, v, det;
+};
+
+INSIDE_FORMS void meet(const double origin[3], const double direction[3], const double v[3][3],
+                       struct met *met)
 {
-    double v[3][3], origin[3], direction[3], e1[3], e2[3], across[3], from[3], q[3];
-    load(rays->origin, i, origin);
-    load(rays->direction, i, direction);
-    for (int c = 0; c < 3; c++)
-        load((const double(*)[RT_WIDE])hits->corners[c], i, v[c]);
+    double e1[3], e2[3], across[3], from[3], q[3];
     for (int k = 0; k < 3; k++) {
         e1[k] = v[1][k] - v[0][k];
         e2[k] = v[2][k] - v[0][k];
@@ -368,20 +368,74 @@ INSIDE_FORMS void meet_lane(const struct rt_wide_rays *rays, struct rt_wide_hits
     }
     cross(direction, e2, across);
     cross(from, e1, q);
-    const double det = dot(e1, across), inverse = 1 / det, t = dot(e2, q) * inverse;
-    hits->t[i] = t;
-    hits->u[i] = dot(from, across) * inverse;
-    hits->v[i] = dot(direction, q) * inverse;
-    hits->is_front[i] = det * hits->turn[i] > 0;
-    hits->is_met[i] =
-        (fabs(det) > DBL_MIN) & !(t <= 0) & !(t >= rays->t_max[i]) & !(t <= rays->t_min[i]);
+    const double det = dot(e1, across), inverse = 1 / det;
+    met->t = dot(e2, q) * inverse;
+    met->u = dot(from, across) * inverse;
+    met->v = dot(direction, q) * inverse;
+    met->det = det;
+}
+
+INSIDE_FORMS void meet_lane(const struct rt_wide_rays *rays, struct rt_wide_hits *hits, int i,
+                            bool has_normals)
+{
+    double v[3][3], origin[3], direction[3];
+    struct met met;
+    load(rays->origin, i, origin);
+    load(rays->direction, i, direction);
+    for (int c = 0; c < 3; c++)
+        load((const double(*)[RT_WIDE])hits->corners[c], i, v[c]);
+    meet(origin, direction, (const double(*)[3])v, &met);
+    hits->t[i] = met.t;
+    hits->u[i] = met.u;
+    hits->v[i] = met.v;
+    hits->is_front[i] = met.det * hits->turn[i] > 0;
+    hits->is_met[i] = (fabs(met.det) > DBL_MIN) & !(met.t <= 0) & !(met.t >= rays->t_max[i]) &
+                      !(met.t <= rays->t_min[i]);
     for (int k = 0; k < 3; k++)
-        hits->point[k][i] = origin[k] + direction[k] * t;
+        hits->point[k][i] = origin[k] + direction[k] * met.t;
     if (!has_normals)
         return;
     double normal[3];
     find_geometric((const double(*)[3])v, hits->turn[i], normal);
     store(normal, i, hits->normal);
+}
+
+/* is_first: nothing is there to be added to. */
+INSIDE_FORMS void find_lane(const double origin[3], double turn, const double way[3][RT_WIDE],
+                            const uint32_t *sought, struct rt_wide *wide, int i, bool is_first)
+{
+    double v[3][3], direction[3];
+    struct met met;
+    load(way, i, direction);
+    for (int c = 0; c < 3; c++)
+        load((const double(*)[RT_WIDE])wide->corners[c], i, v[c]);
+    meet(origin, direction, (const double(*)[3])v, &met);
+    const double u = is_first ? met.u : wide->u[i] + met.u;
+    const double w = is_first ? met.v : wide->v[i] + met.v;
+    const double side = met.det * turn > 0 ? 1 : -1;
+    wide->u[i] = sought[i] ? u : wide->u[i];
+    wide->v[i] = sought[i] ? w : wide->v[i];
+    wide->side[i] = sought[i] ? side : wide->side[i];
+    for (int k = 0; k < 3; k++) {
+        const double point = origin[k] + direction[k] * met.t;
+        const double points = is_first ? point : wide->point[k][i] + point;
+        const double ways = is_first ? direction[k] : wide->direction[k][i] + direction[k];
+        wide->point[k][i] = sought[i] ? points : wide->point[k][i];
+        wide->direction[k][i] = sought[i] ? ways : wide->direction[k][i];
+    }
+}
+
+PROCESSOR_FORMS void rt_wide_find(const double origin[3], bool is_mirrored, int samples,
+                                  const double (*restrict ways)[3][RT_WIDE],
+                                  const uint32_t sought[restrict RT_WIDE],
+                                  struct rt_wide *restrict wide)
+{
+    const double from[3] = {origin[0], origin[1], origin[2]}, turn = is_mirrored ? -1 : 1;
+    for (int i = 0; i < RT_WIDE; i++)
+        find_lane(from, turn, ways[0], sought, wide, i, true);
+    for (int s = 1; s < samples; s++)
+        for (int i = 0; i < RT_WIDE; i++)
+            find_lane(from, turn, ways[s], sought, wide, i, false);
 }
 
 PROCESSOR_FORMS void rt_wide_meet(const struct rt_wide_rays *restrict rays,

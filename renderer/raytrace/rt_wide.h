@@ -67,6 +67,13 @@ struct rt_wide_light {
 /* Whether the vertices of each of the first triangles have one normal. */
 bool rt_wide_is_flat(const struct rt_wide *wide, int count);
 
+/* Where rays from `origin` meet each of the triangles, which is known of them: sums of u, v, point
+ * and direction, and the side, as rt_scene_add_hit has them. ways: of each sample. sought: 0 of
+ * lanes that stay as they are. */
+void rt_wide_find(const double origin[3], bool is_mirrored, int samples,
+                  const double (*ways)[3][RT_WIDE], const uint32_t sought[RT_WIDE],
+                  struct rt_wide *wide);
+
 /* Points, views and normals, and where shadow rays begin. */
 void rt_wide_place(const struct rt_wide_mesh *mesh, struct rt_wide *wide);
 

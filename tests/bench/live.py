@@ -64,7 +64,7 @@ class Viewer(threading.Thread):
     def __init__(self, server, view, phase, seconds):
         super().__init__()
         self.server, self.view, self.phase, self.seconds = server, view, phase, seconds
-        self.latencies_ms, self.scales = [], []
+        self.latencies_ms, self.scales, self.parts_ms = [], [], []
 
     def run(self):
         socket_type = import_sockets()
@@ -78,6 +78,21 @@ class Viewer(threading.Thread):
                 frame = client.until_type("frame", seq=seq)
                 self.latencies_ms.append(1e3 * (time.monotonic() - began))
                 self.scales.append(frame["scale"])
+                self.parts_ms.append(parts_of(frame["timings_ms"], self.latencies_ms[-1]))
+
+
+def parts_of(timings_ms, latency_ms):
+    """What the server says of a frame, and what is left: its socket, the way, and the client."""
+    parts = {name: ms or 0 for name, ms in timings_ms.items() if name != "total"}
+    return {**parts, "socket": latency_ms - timings_ms["total"]}
+
+
+def mean_parts(threads):
+    """By part, over all frames, so that they add up to the mean of camera to image."""
+    frames = [parts for thread in threads for parts in thread.parts_ms]
+    names = sorted({name for parts in frames for name in parts})
+    means = {name: sum(parts.get(name, 0) for parts in frames) / len(frames) for name in names}
+    return {name: round(mean, 2) for name, mean in means.items()}
 
 
 class Resting(threading.Thread):
@@ -170,6 +185,7 @@ def measure(server, scene, size, viewers, seconds, beside=""):
             "p50_ms": round(statistics.median(latencies), 1),
             "p95_ms": round(latencies[int(0.95 * (len(latencies) - 1))], 1),
             "most_ms": round(latencies[-1], 1),
+            "mean_parts_ms": mean_parts(threads),
             "frames_per_s": round(len(latencies) / seconds, 1),
             "scale": statistics.median(x for thread in threads for x in thread.scales),
             "kib_per_viewer": round((during - before) / viewers),
@@ -256,6 +272,8 @@ def main():
               f"p50 {row['p50_ms']:7} ms  p95 {row['p95_ms']:7} ms  most {row['most_ms']:7} ms  "
               f"{row['frames_per_s']:5} /s  scale {row['scale']}  "
               f"{row['kib_per_viewer']} KiB per viewer{times}")
+        print("     of a frame: " +
+              ", ".join(f"{name} {ms}" for name, ms in row["mean_parts_ms"].items() if ms >= 0.01))
     print(f"patch of one node of 10,000: p50 {result['patch_p50_ms']} ms, "
           f"p95 {result['patch_p95_ms']} ms, HTTP included")
 

@@ -227,6 +227,8 @@ class CommandLine(unittest.TestCase):
             self.assertGreater(row["frames"], 0)
             self.assertGreaterEqual(row["p95_ms"], row["p50_ms"])
             self.assertEqual(row["beside"] in ("rest", "render"), row["beside_frames"] > 0)
+            self.assertGreater(row["mean_parts_ms"]["render"], 0)
+            self.assertGreater(row["mean_parts_ms"]["socket"], 0)
         self.assertGreater(document["patch_p50_ms"], 0)
 
     def test_unknown_suites_and_options_are_refused(self):

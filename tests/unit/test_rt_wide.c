@@ -359,6 +359,13 @@ enum extreme {
     NO_NUMBER_POINT,
     AT_THE_LAMP,
     TINY_WEIGHTS,
+    NO_NUMBER_COLOR, /* this and what follows: of surfaces whose materials differ */
+    INFINITE_COLOR,
+    NO_NUMBER_ROUGHNESS,
+    NEGATIVE_ROUGHNESS,
+    INFINITE_METALLIC,
+    NO_LEAN,
+    NO_NUMBER_LEAN,
     EXTREMES
 };
 
@@ -411,6 +418,27 @@ static void spoil(struct subject *s, int lane, enum extreme extreme)
     case TINY_WEIGHTS:
         s->u[lane] = 1e-310;
         break;
+    case NO_NUMBER_COLOR:
+        s->base[lane][1] = (double)NAN;
+        break;
+    case INFINITE_COLOR:
+        s->base[lane][2] = INFINITY;
+        break;
+    case NO_NUMBER_ROUGHNESS:
+        s->roughness[lane] = (double)NAN;
+        break;
+    case NEGATIVE_ROUGHNESS:
+        s->roughness[lane] = -1e30;
+        break;
+    case INFINITE_METALLIC:
+        s->metallic[lane] = INFINITY;
+        break;
+    case NO_LEAN:
+        memset(s->lean[lane], 0, sizeof s->lean[lane]);
+        break;
+    case NO_NUMBER_LEAN:
+        s->lean[lane][0] = (double)NAN;
+        break;
     case EXTREMES:
         break;
     }
@@ -437,18 +465,43 @@ static void an_extreme_in_one_lane_changes_no_other(void **state)
             }
 }
 
-/* Of the lamp, which all lanes share, and of materials. */
+static void each_extreme_beside_each_changes_no_other(void **state)
+{
+    (void)state;
+    struct subject s;
+    struct shaded before[RT_WIDE], after[RT_WIDE];
+    for (enum extreme first = 0; first < EXTREMES; first++)
+        for (enum extreme second = 0; second < EXTREMES; second++) {
+            const int round = (int)(first + second), one = (int)(3 * first + second) % RT_WIDE;
+            const int other = (one + 1 + round % (RT_WIDE - 1)) % RT_WIDE;
+            char what[32];
+            make_subject(&s, round, true);
+            shade_wide(&s, before);
+            spoil(&s, one, first);
+            spoil(&s, other, second);
+            shade_wide(&s, after);
+            for (int i = 0; i < RT_WIDE; i++)
+                if (i != one && i != other && difference(&before[i], &after[i]))
+                    fail_msg("extremes %d in lane %d and %d in %d change lane %d", first, one,
+                             second, other, i);
+            snprintf(what, sizeof what, "extremes %d and %d", first, second);
+            compare_with_scalar(&s, after, what, round);
+        }
+}
+
+/* Of the lamp, which all lanes share, and of materials, beside each extreme of a lane. */
 static void extreme_lamps_and_materials_have_the_bits_of_the_scalar_form(void **state)
 {
     (void)state;
     const float extremes[] = {0, -0.f, NAN, INFINITY, -1, 1e38f, 1e-42f};
     struct subject s;
     struct shaded wide[RT_WIDE];
-    for (int round = 0; round < 12; round++)
+    for (enum extreme beside = 0; beside <= EXTREMES; beside++)
         for (size_t i = 0; i < sizeof extremes / sizeof *extremes; i++)
             for (int k = 0; k < 12; k++) {
-                const int what = k % 6;
+                const int what = k % 6, round = (int)beside % 12;
                 make_subject(&s, round, k >= 6);
+                spoil(&s, (round + k) % RT_WIDE, beside);
                 float *at[] = {&s.record.color[1],      &s.record.position[0],
                                &s.record.inverse_range, &s.record.least_cosine,
                                &s.material.roughness,   &s.material.ior};
@@ -513,6 +566,39 @@ static int compare_hits(const struct subject *s, const struct rt_wide_rays *rays
     return met;
 }
 
+/* The same of triangles that rays from one eye are known to meet, summed up over samples; every
+ * other lane stays as it is. */
+static void compare_found(const struct subject *s, const struct rt_wide_rays *rays,
+                          const struct rt_wide_hits *hits, int samples)
+{
+    static struct rt_wide wide;
+    static double ways[2][3][RT_WIDE];
+    uint32_t sought[RT_WIDE];
+    memset(&wide, 0, sizeof wide);
+    memcpy(wide.corners, hits->corners, sizeof wide.corners);
+    memcpy(ways[0], rays->direction, sizeof ways[0]);
+    memcpy(ways[1], rays->direction, sizeof ways[1]);
+    for (int i = 0; i < RT_WIDE; i++)
+        sought[i] = (uint32_t)(i + samples) % 2;
+    rt_wide_find(EYE, s->mesh.is_mirrored, samples, (const double(*)[3][RT_WIDE])ways, sought,
+                 &wide);
+    for (int i = 0; i < RT_WIDE; i++) {
+        const double times = sought[i] * (double)samples;
+        const double u = hits->u[i] * times, v = hits->v[i] * times;
+        if (!hits->is_met[i])
+            continue;
+        bool is_same = is_same_f64(&wide.u[i], &u, 1) && is_same_f64(&wide.v[i], &v, 1) &&
+                       wide.side[i] == (sought[i] ? hits->is_front[i] ? 1 : -1 : 0);
+        for (int k = 0; k < 3; k++) {
+            const double point = hits->point[k][i] * times, way = ways[0][k][i] * times;
+            is_same &= is_same_f64(&wide.point[k][i], &point, 1) &&
+                       is_same_f64(&wide.direction[k][i], &way, 1);
+        }
+        if (!is_same)
+            fail_msg("lane %d: found in another place", i);
+    }
+}
+
 static void hits_side_by_side_have_the_bits_of_one_after_the_other(void **state)
 {
     (void)state;
@@ -527,6 +613,7 @@ static void hits_side_by_side_have_the_bits_of_one_after_the_other(void **state)
         aim_rays(&s, &seed, &rays, &hits);
         rt_wide_meet(&rays, &hits, true);
         met += compare_hits(&s, &rays, &hits, "hits");
+        compare_found(&s, &rays, &hits, 1 + round % 2);
         for (enum extreme extreme = 0; extreme <= HUGE_TRIANGLE; extreme++) {
             make_subject(&s, round, false);
             spoil(&s, round % RT_WIDE, extreme);
@@ -534,6 +621,7 @@ static void hits_side_by_side_have_the_bits_of_one_after_the_other(void **state)
             rays.direction[1][(round + 5) % RT_WIDE] = extreme % 2 ? (double)NAN : INFINITY;
             rt_wide_meet(&rays, &hits, true);
             compare_hits(&s, &rays, &hits, "hits beside an extreme");
+            compare_found(&s, &rays, &hits, 1 + round % 2);
         }
     }
     print_message("%d of %d rays end\n", met, ROUNDS * RT_WIDE);
@@ -546,6 +634,7 @@ int main(void)
         cmocka_unit_test(hits_side_by_side_have_the_bits_of_one_after_the_other),
         cmocka_unit_test(sixteen_surfaces_have_the_bits_of_one_after_the_other),
         cmocka_unit_test(an_extreme_in_one_lane_changes_no_other),
+        cmocka_unit_test(each_extreme_beside_each_changes_no_other),
         cmocka_unit_test(extreme_lamps_and_materials_have_the_bits_of_the_scalar_form),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
