@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "protocol/json_write.h"
+#include "protocol/limits.h"
 #include "protocol/provenance_file.h"
 #include "protocol/request_tree.h"
 
@@ -69,12 +70,33 @@ char *provenance_make(const struct provenance_desc *desc)
     return text;
 }
 
+/* A size by which the picture is cut as it was: the upper left tile is never larger than others,
+ * and smaller by one pixel at most (protocol/picture_tiles.h). */
+static json_int_t side_of_tiles(const json_t *request, const char *side)
+{
+    const json_t *tile = json_object_get(request, "tile");
+    json_int_t length = json_integer_value(json_object_get(tile, side)) + 1;
+    length = length < LIMIT_IMAGE_SIDE_PX ? length : LIMIT_IMAGE_SIDE_PX;
+    return length > LIMIT_TILE_SIDE_LEAST_PX ? length : LIMIT_TILE_SIDE_LEAST_PX;
+}
+
+static void put_tiles(json_t *tree, const json_t *request)
+{
+    bool is_large = json_integer_value(json_object_get(request, "width")) > LIMIT_IMAGE_SIDE_PX ||
+                    json_integer_value(json_object_get(request, "height")) > LIMIT_IMAGE_SIDE_PX;
+    if (is_large)
+        json_object_set_new(tree, "tiles",
+                            json_pack("{s:I,s:I}", "width", side_of_tiles(request, "width"),
+                                      "height", side_of_tiles(request, "height")));
+}
+
 char *provenance_of_picture(const char *text, size_t length, const char *format,
                             int quality_percent)
 {
     json_t *tree = json_loadb(text, length, 0, NULL);
     json_t *request = json_object_get(tree, "request");
     if (json_is_object(request)) {
+        put_tiles(tree, request);
         json_object_del(request, "tile");
         json_object_set_new(request, "format", json_string(format));
         json_object_set_new(request, "quality_percent",

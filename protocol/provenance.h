@@ -23,7 +23,9 @@ MUST_CHECK char *provenance_make(const struct provenance_desc *desc);
 
 /* That of a picture which was joined from tiles, by the text of one of them: without the tile, in
  * the format of the picture's file, with its quality in [1, 100], or 0 where none was asked for.
- * malloc'ed; NULL: no memory, or the text is none. */
+ * Where no single render makes the picture, "tiles" says how large its tiles may be, as a job takes
+ * it: sums of their lights are rounded in an order of their own. malloc'ed; NULL: no memory, or the
+ * text is none. */
 MUST_CHECK char *provenance_of_picture(const char *text, size_t length, const char *format,
                                        int quality_percent);
 

@@ -119,12 +119,13 @@ static json_t *note_of_provenance(json_t *found, struct failure *failure)
     const char *software = json_string_value(json_object_get(found, "software"));
     char *request = canonical(json_object_get(found, "request"));
     bool is_ours = request && software && !strncmp(software, vitrail, sizeof vitrail - 1);
-    json_t *note = is_ours ? json_pack("{s:s,s:O*,s:s,s:O*,s:O*}", "request", request, "scene",
-                                       json_object_get(found, "scene"), "version",
-                                       software + sizeof vitrail - 1, "device",
-                                       json_object_get(found, "device"), "error",
-                                       json_object_get(found, "error"))
-                           : NULL;
+    json_t *note =
+        is_ours
+            ? json_pack("{s:s,s:O*,s:s,s:O*,s:O*,s:O*}", "request", request, "scene",
+                        json_object_get(found, "scene"), "version", software + sizeof vitrail - 1,
+                        "device", json_object_get(found, "device"), "error",
+                        json_object_get(found, "error"), "tiles", json_object_get(found, "tiles"))
+            : NULL;
     if (is_ours && !note)
         fail_no_memory(failure);
     else if (!is_ours)

@@ -23,7 +23,8 @@ bool image_note_write(struct session *session, const char *path, const json_t *r
 json_t *image_note_read(const char *path, struct failure *failure);
 
 /* The note beside an image, or what the image holds itself in the form of a note, which has no
- * "sha256" and no "techniques"; NULL with EXIT_CODE_NO_INPUT where there is neither. */
+ * "sha256" and no "techniques", but the size of its "tiles" where it is too large for one render;
+ * NULL with EXIT_CODE_NO_INPUT where there is neither. */
 json_t *image_note_find(const char *path, struct failure *failure);
 
 /* Whether the image is there, whole and of this request, as its note says. */

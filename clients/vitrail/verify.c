@@ -10,6 +10,7 @@
 #include "clients/vitrail/image_difference.h"
 #include "clients/vitrail/image_note.h"
 #include "clients/vitrail/json_text.h"
+#include "clients/vitrail/picture_by_tiles.h"
 #include "clients/vitrail/render_watch.h"
 #include "clients/vitrail/resource.h"
 
@@ -67,34 +68,58 @@ static json_t *report_of(struct verify *verify, const struct http_reply *reply)
                : NULL;
 }
 
-static bool render_again(struct verify *verify, struct failure *failure)
+static bool render_whole(struct verify *verify, struct output_file *image, struct http_reply *reply,
+                         struct failure *failure)
 {
-    struct output_file image = {0};
-    struct http_reply reply = {0};
-    char sha256[SCENE_ID_BYTES];
     char *body = json_dumps(verify->request, JSON_COMPACT);
     bool is_ok = (body || fail_no_memory(failure)) &&
-                 output_file_open(&image, verify->place, failure) &&
                  render_watch_ask(verify->session,
                                   &(struct http_request){.method = "POST",
                                                          .path = "/v1/renders",
                                                          .accept = "*/*",
                                                          .content_type = "application/json",
                                                          .body = body,
-                                                         .sink = &image},
-                                  "the render", &reply, failure) &&
-                 output_file_commit(&image, failure) &&
-                 resource_hash(verify->session, verify->place, sha256, failure);
-    json_t *report = is_ok ? report_of(verify, &reply) : NULL;
-    if (is_ok) {
-        image_note_version(verify->session, verify->version, sizeof verify->version);
-        verify->now = image_note_make(sha256, verify->request, report, verify->version, failure);
+                                                         .sink = image},
+                                  "the render", reply, failure);
+    free(body);
+    return is_ok;
+}
+
+/* What the new image says of itself, or else what is known of its frame. */
+static json_t *note_now(struct verify *verify, bool is_tiled, const struct http_reply *reply,
+                        struct failure *failure)
+{
+    struct failure no_note = {0};
+    char sha256[SCENE_ID_BYTES];
+    if (!resource_hash(verify->session, verify->place, sha256, failure))
+        return NULL;
+    json_t *note = is_tiled ? image_note_find(verify->place, &no_note) : NULL;
+    if (note) {
+        json_object_set_new(note, "sha256", json_string(sha256));
+        return note;
     }
+    json_t *report = report_of(verify, reply);
+    image_note_version(verify->session, verify->version, sizeof verify->version);
+    note = image_note_make(sha256, verify->request, report, verify->version, failure);
     json_decref(report);
+    return note;
+}
+
+static bool render_again(struct verify *verify, struct failure *failure)
+{
+    struct output_file image = {0};
+    struct http_reply reply = {0};
+    bool is_tiled = picture_needs_tiles(verify->request);
+    bool is_ok =
+        output_file_open(&image, verify->place, failure) &&
+        (is_tiled ? picture_make_by_tiles(verify->session, verify->request,
+                                          json_object_get(verify->note, "tiles"), &image, failure)
+                  : render_whole(verify, &image, &reply, failure)) &&
+        output_file_commit(&image, failure);
+    verify->now = is_ok ? note_now(verify, is_tiled, &reply, failure) : NULL;
     http_reply_finish(&reply);
     output_file_finish(&image);
-    free(body);
-    return is_ok && verify->now;
+    return verify->now;
 }
 
 /* ---- the verdict ---- */

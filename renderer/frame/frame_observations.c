@@ -11,7 +11,7 @@
 #include "renderer/frame/calibrate.h"
 
 /* Observations before anything is published anew: tags of images change with it. */
-enum { OBSERVATIONS_LEAST = 3 };
+enum { OBSERVATIONS_LEAST = 3, LESSONS_KEPT = 16 };
 /* Expectations that moved by a third are published, though the choice stays. */
 static const double DRIFT = 0.3;
 
@@ -21,11 +21,13 @@ struct frame_observations {
     bool learns_nothing;
     int since; /* observations since it was published */
     bool is_due;
+    struct frame_lesson lessons[LESSONS_KEPT]; /* of one that learns nothing: the oldest first */
+    int lesson_count;
 };
 
 struct frame_observations *frame_observations_create(bool learns_nothing)
 {
-    struct frame_observations *observations = malloc(sizeof *observations);
+    struct frame_observations *observations = calloc(1, sizeof *observations);
     if (observations)
         frame_observations_set(observations, NULL);
     if (observations)
@@ -136,29 +138,66 @@ static double built_share(const struct frame_observation *observation,
 
 /* Whether choices would differ, of this view or, by a drift of expectations, of others. */
 static bool matters(const struct frame_observations *observations,
-                    const struct frame_observation *observation)
+                    const struct frame_lesson *lesson)
 {
-    const struct auto_pick old = auto_pick(observation->frames, &observations->published);
-    const struct auto_pick new = auto_pick(observation->frames, &observations->live);
-    double ratio = new.answers[observation->technique].ms / old.answers[observation->technique].ms;
-    return new.technique != old.technique || (!observation->is_timed && fabs(log(ratio)) > DRIFT);
+    enum shadow_technique own = lesson->frame.technique;
+    const struct auto_pick old = auto_pick(lesson->frames, &observations->published);
+    const struct auto_pick new = auto_pick(lesson->frames, &observations->live);
+    double ratio = new.answers[own].ms / old.answers[own].ms;
+    return new.technique != old.technique || (!lesson->is_timed && fabs(log(ratio)) > DRIFT);
+}
+
+void frame_observations_learn(struct frame_observations *observations,
+                              const struct frame_lesson *lesson)
+{
+    learning_teach(&observations->live, &lesson->frame, lesson->alone_ms);
+    if (!lesson->is_timed)
+        learning_show(&observations->live, &lesson->frame);
+    observations->since++;
+    observations->is_due = observations->is_due || (observations->since >= OBSERVATIONS_LEAST &&
+                                                    matters(observations, lesson));
+}
+
+static void drop_oldest(struct frame_observations *observations)
+{
+    observations->lesson_count--;
+    memmove(&observations->lessons[0], &observations->lessons[1],
+            (size_t)observations->lesson_count * sizeof observations->lessons[0]);
+}
+
+static void keep(struct frame_observations *observations, const struct frame_lesson *lesson)
+{
+    if (observations->lesson_count == LESSONS_KEPT)
+        drop_oldest(observations);
+    observations->lessons[observations->lesson_count++] = *lesson;
+}
+
+bool frame_observations_pop(struct frame_observations *observations, struct frame_lesson *lesson)
+{
+    if (observations->lesson_count == 0)
+        return false;
+    *lesson = observations->lessons[0];
+    drop_oldest(observations);
+    return true;
 }
 
 void frame_observations_take(struct frame_observations *observations,
                              const struct frame_observation *observation,
                              const struct frame_report *report, bool is_software)
 {
-    if (observations->learns_nothing || !teaches(observation, report))
+    if (!teaches(observation, report))
         return;
     bool is_ours = is_software || shadow_technique_is_renderer(observation->technique);
     double processor_ms = processor_now_ms() - observation->processor_begin_ms;
-    const struct learning_case frame =
-        auto_case(&observation->cold[observation->technique], built_share(observation, report));
-    learning_teach(&observations->live, &frame,
-                   calibrate_alone_ms(report->total_ms, processor_ms, is_ours));
-    if (!observation->is_timed)
-        learning_show(&observations->live, &frame);
-    observations->since++;
-    observations->is_due = observations->is_due || (observations->since >= OBSERVATIONS_LEAST &&
-                                                    matters(observations, observation));
+    struct frame_lesson lesson = {
+        .is_timed = observation->is_timed,
+        .alone_ms = calibrate_alone_ms(report->total_ms, processor_ms, is_ours),
+        .frame =
+            auto_case(&observation->cold[observation->technique], built_share(observation, report)),
+    };
+    memcpy(lesson.frames, observation->frames, sizeof lesson.frames);
+    if (observations->learns_nothing)
+        keep(observations, &lesson);
+    else
+        frame_observations_learn(observations, &lesson);
 }

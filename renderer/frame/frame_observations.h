@@ -5,12 +5,13 @@
 #define VITRAIL_RENDERER_FRAME_FRAME_OBSERVATIONS_H
 
 #include "renderer/cost/auto_technique.h"
+#include "renderer/frame/frame_lesson.h"
 #include "renderer/frame_report.h"
 
 struct frame_observations;
 
-/* learns_nothing: what frames tell is passed over; only frame_observations_set changes what is
- * known. NULL: no memory. */
+/* learns_nothing: what frames tell is kept for another (frame_observations_pop); only
+ * frame_observations_set changes what is known. NULL: no memory. */
 struct frame_observations *frame_observations_create(bool learns_nothing);
 void frame_observations_destroy(struct frame_observations *observations);
 
@@ -45,5 +46,11 @@ void frame_observation_of_choice(struct frame_observation *observation,
 void frame_observations_take(struct frame_observations *observations,
                              const struct frame_observation *observation,
                              const struct frame_report *report, bool is_software);
+
+/* The oldest lesson that was kept; false: none. */
+bool frame_observations_pop(struct frame_observations *observations, struct frame_lesson *lesson);
+/* Learns from a frame of another renderer. */
+void frame_observations_learn(struct frame_observations *observations,
+                              const struct frame_lesson *lesson);
 
 #endif

@@ -91,6 +91,17 @@ void renderer_publish_observations(struct renderer *renderer)
     follow_observations(renderer);
 }
 
+bool renderer_take_lesson(struct renderer *renderer, struct frame_lesson *lesson)
+{
+    return frame_observations_pop(renderer->observations, lesson);
+}
+
+void renderer_learn(struct renderer *renderer, const struct frame_lesson *lesson)
+{
+    frame_observations_learn(renderer->observations, lesson);
+    renderer_publish_observations(renderer);
+}
+
 const struct learning *renderer_get_learned(const struct renderer *renderer, uint64_t *print)
 {
     *print = renderer->automatic.learned_print;

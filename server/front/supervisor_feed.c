@@ -163,12 +163,22 @@ static bool tell_learned(const struct supervisor *supervisor, struct worker_slot
     return send_small(slot, json_pack("{s:s}", "op", "learned"));
 }
 
+/* Under the mutex. */
+static bool send_lessons(struct worker_slot *slot)
+{
+    json_t *lessons = slot->lessons;
+    slot->lessons = NULL;
+    return !lessons ||
+           send_small(slot, json_pack("{s:s,s:o}", "op", "lessons", "lessons", lessons));
+}
+
 void supervisor_feed(struct supervisor *supervisor)
 {
     for (int i = 0; i < supervisor->slot_count; i++) {
         struct worker_slot *slot = &supervisor->slots[i];
         if (slot->state == WORKER_READY && !slot->is_deaf)
-            slot->is_deaf = !send_cancelled(slot) || !tell_learned(supervisor, slot);
+            slot->is_deaf =
+                !send_cancelled(slot) || !tell_learned(supervisor, slot) || !send_lessons(slot);
     }
     give_tasks(supervisor);
     for (int i = 0; i < supervisor->slot_count; i++) {

@@ -117,6 +117,21 @@ static void totals_message(struct worker_slot *slot, const json_t *json)
     totals->cache_evictions = number(json, "cache_evictions");
 }
 
+/* What frames of a worker teach goes to the one that keeps; while there is none, nowhere. Under the
+ * mutex. */
+static void pass_lessons(struct supervisor *supervisor, const struct worker_slot *slot,
+                         json_t *lessons)
+{
+    const struct worker_slot *found = supervisor_keeper(supervisor);
+    if (!lessons || slot->is_keeper || !found)
+        return;
+    struct worker_slot *keeper = &supervisor->slots[found->number - 1];
+    keeper->lessons = keeper->lessons ? keeper->lessons : json_array();
+    json_array_extend(keeper->lessons, lessons);
+    while (json_array_size(keeper->lessons) > WORKER_LESSONS_MAX)
+        json_array_remove(keeper->lessons, 0);
+}
+
 static void log_speed(struct supervisor *supervisor, const struct device_auto *automatic)
 {
     if (automatic->is_measured)
@@ -278,10 +293,12 @@ void supervisor_receive(struct supervisor *supervisor, struct worker_slot *slot)
     pthread_mutex_lock(&supervisor->mutex);
     if (strcmp(op, "progress") != 0) /* which prolongs no deadline */
         slot->last_event_ms = now_ms();
-    if (strcmp(op, "totals") == 0)
+    if (strcmp(op, "totals") == 0) {
         totals_message(slot, message.json);
-    else
+        pass_lessons(supervisor, slot, json_object_get(message.json, "lessons"));
+    } else {
         flight_message(supervisor, slot, op, &message);
+    }
     pthread_mutex_unlock(&supervisor->mutex);
     if (is_lost)
         ipc_error_from_json(json_object_get(message.json, "error"), &problem);

@@ -20,8 +20,9 @@ bool worker_slot_init(struct worker_slot *slot, int number, bool is_alone)
 void worker_slot_finish(struct worker_slot *slot)
 {
     json_decref(slot->forgotten);
+    json_decref(slot->lessons);
     free(slot->hopeless);
-    slot->forgotten = NULL;
+    slot->forgotten = slot->lessons = NULL;
     slot->hopeless = NULL;
 }
 
@@ -32,6 +33,8 @@ void worker_slot_note_end(struct worker_slot *slot)
     slot->is_keeper = slot->is_deaf = false;
     slot->sent_count = 0;
     slot->told_learned = 0;
+    json_decref(slot->lessons);
+    slot->lessons = NULL;
     totals->pid = 0;
     totals->gpu_used_bytes = totals->cache_bytes = totals->cache_scenes = 0;
     totals->programs_built = totals->programs_reused = totals->programs_loaded = 0;

@@ -16,6 +16,7 @@
 enum {
     WORKER_SCENES_MAX = 256, /* remembered; beyond it the one not sent for longest is forgotten */
     WORKER_NAME_BYTES = 24,
+    WORKER_LESSONS_MAX = 64,
 };
 
 enum worker_state { WORKER_NONE, WORKER_STARTING, WORKER_READY };
@@ -48,6 +49,7 @@ struct worker_slot {                /* zeroed = empty */
     int backoff_ms;
     bool is_keeper;        /* this process measures the device, learns, and keeps what is learned */
     uint64_t told_learned; /* print of what this process was told that the keeper has learned */
+    json_t *lessons;       /* owned: of other workers, to be sent to this keeper; or NULL */
     bool is_deaf;          /* it no longer takes messages */
     bool is_resting;       /* since nobody asked for --rest-s */
     bool has_rendered;     /* since this process is ready */

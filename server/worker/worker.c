@@ -128,8 +128,9 @@ static void send_totals(struct worker *worker)
     struct mapped_scenes_totals totals = mapped_scenes_get_totals(worker->files.scenes);
     renderer_get_info(worker->renderer, &worker->info);
     send_message(worker,
-                 json_pack("{s:s,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}", "op",
-                           "totals", "timed", (json_int_t)worker->timing.timed, "timings_stopped",
+                 json_pack("{s:s,s:o*,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}",
+                           "op", "totals", "lessons", worker_device_take_lessons(&worker->device),
+                           "timed", (json_int_t)worker->timing.timed, "timings_stopped",
                            (json_int_t)worker->timing.stopped, "learned",
                            (json_int_t)worker_device_keep_observations(&worker->device),
                            "programs_built", (json_int_t)worker->info.programs_built,
@@ -608,6 +609,14 @@ static void follow(struct worker *worker)
     send_totals(worker);
 }
 
+/* Frames of other workers count as its own. */
+static void learn(struct worker *worker, const json_t *lessons)
+{
+    retire(worker);
+    worker_device_learn(&worker->device, lessons);
+    send_totals(worker);
+}
+
 static bool serve(struct worker *worker, struct ipc_message *message)
 {
     const char *op = json_string_value(json_object_get(message->json, "op"));
@@ -619,6 +628,8 @@ static bool serve(struct worker *worker, struct ipc_message *message)
         rest(worker);
     if (op && strcmp(op, "learned") == 0)
         follow(worker);
+    if (op && strcmp(op, "lessons") == 0)
+        learn(worker, json_object_get(message->json, "lessons"));
     return !op || strcmp(op, "render") != 0 || serve_render(worker, message);
 }
 

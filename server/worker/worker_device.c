@@ -7,6 +7,7 @@
 #include "protocol/utf8.h"
 #include "server/base/config.h"
 #include "server/mapping/auto_mapping.h"
+#include "server/mapping/lesson_mapping.h"
 #include "server/mapping/observations_file.h"
 #include "server/mapping/view_mapping.h"
 #include "server/worker/device_speed.h"
@@ -37,6 +38,28 @@ void worker_device_follow(struct worker_device *device)
 {
     if (!device->keeps && device->automatic.policy == AUTO_MEASURED)
         read_observations(device);
+}
+
+json_t *worker_device_take_lessons(struct worker_device *device)
+{
+    struct frame_lesson lesson;
+    json_t *lessons = NULL;
+    while (!device->keeps && renderer_take_lesson(device->renderer, &lesson)) {
+        lessons = lessons ? lessons : json_array();
+        json_array_append_new(lessons, lesson_to_json(&lesson));
+    }
+    return lessons;
+}
+
+void worker_device_learn(struct worker_device *device, const json_t *lessons)
+{
+    struct frame_lesson lesson;
+    const json_t *one;
+    size_t index;
+    if (!device->keeps || device->automatic.policy != AUTO_MEASURED)
+        return;
+    json_array_foreach(lessons, index, one) if (lesson_from_json(one, &lesson))
+        renderer_learn(device->renderer, &lesson);
 }
 
 static struct device_speed_desc speed_desc(const struct worker_device *device)

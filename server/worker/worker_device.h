@@ -41,6 +41,11 @@ void worker_device_describe(const struct worker_device *device,
 /* Reads what the worker that keeps has learned from frames. With no frame under way. */
 void worker_device_follow(struct worker_device *device);
 
+/* Of a worker that keeps nothing: what its frames teach, as JSON, each once; NULL: nothing. */
+json_t *worker_device_take_lessons(struct worker_device *device);
+/* Of the one that keeps: learns from frames of another worker. With no frame under way. */
+void worker_device_learn(struct worker_device *device, const json_t *lessons);
+
 /* Stores what was learned from frames where this worker keeps, and returns its print. What cannot
  * be written is learned again at the next start. */
 uint64_t worker_device_keep_observations(struct worker_device *device);

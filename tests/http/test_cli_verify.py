@@ -134,6 +134,22 @@ class CliVerify(CliServiceTest):
         file = self.daemon.request("GET", f"/v1/jobs/{plain['id']}/frames/1/color").body
         self.assertIsNone(support.provenance(file))
 
+    def test_a_picture_of_tiles_that_no_single_render_makes(self):
+        job = self.run_cli("job", "submit", self.scene, "--size", "20000x12", "--tiles", "4999",
+                           "--file", "big.%d.jpg", "--exposure", "0", "-q").strip()
+        self.run_cli("job", "watch", job, "-q")
+        self.run_cli("job", "fetch", job, "-o", self.folder, "-q")
+        path = self.path("big.1.jpg")
+        with open(path, "rb") as file:
+            self.assertEqual({"width": 2501, "height": 256},  # cuts it into eight again
+                             support.provenance(file.read())["tiles"])
+        self.assertIn("the same to the bit", self.run_cli("verify", path))
+        self.edit(path, b'"background":[0.0,0.0,0.0,0.0]', b'"background":[1.0,0.0,0.0,1.0]')
+        self.run_cli("verify", path, code=3)
+        self.assertRegex(self.stdout, r"other pixels: \S+ % of the values")
+        jobs = self.daemon.request("GET", "/v1/jobs").json()["jobs"]
+        self.assertEqual([job], [one["id"] for one in jobs if one["tiles"]], "others are forgotten")
+
     def test_a_request_that_is_too_long_for_the_file_says_so(self):
         names = {f"node {index} " + "x" * 60: {"visible": False} for index in range(1000)}
         with open(self.path("request.json"), "w", encoding="utf-8") as file:

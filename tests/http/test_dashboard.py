@@ -18,7 +18,8 @@ DASHBOARD = os.path.join(os.path.dirname(os.path.abspath(__file__)),
 NAME = re.compile(r"\b(?:vitrail|process)_[a-z_]+")
 GROUPED = re.compile(r"by \(([a-z, ]+)\)")
 LEGEND = re.compile(r"{{(\w+)}}")
-PROMETHEUS = shutil.which("prometheus")
+VARIABLE = re.compile(r"\$\{?(\w+)")
+PROMETHEUS, PROMTOOL = shutil.which("prometheus"), shutil.which("promtool")
 
 
 class Dashboard(support.ServiceTest):
@@ -68,6 +69,39 @@ class Dashboard(support.ServiceTest):
                 for y in range(place["y"], place["y"] + place["h"]):
                     self.assertNotIn((x, y), cells, panel["title"])
                     cells.add((x, y))
+
+    def test_it_has_what_grafana_asks_for(self):
+        """Of a file that is imported: docs/sources/dashboards/build-dashboards/view-dashboard-json-
+        model of Grafana. Variables that are used are there, or Grafana's own."""
+        with open(DASHBOARD, encoding="utf-8") as file:
+            text = file.read()
+        dashboard = json.loads(text)
+        self.assertNotIn("id", dashboard)  # Grafana gives it
+        self.assertTrue(dashboard["title"])
+        self.assertRegex(dashboard["uid"], r"^[\w-]{1,40}$")
+        self.assertTrue(36 <= dashboard["schemaVersion"] <= 42, "data sources are objects")
+        self.assertEqual({"from", "to"}, set(dashboard["time"]))
+        self.assertIsInstance(dashboard["annotations"]["list"], list)
+        variables = dashboard["templating"]["list"]
+        for variable in variables:
+            self.assertIn(variable["type"], ("datasource", "query"))
+            self.assertTrue(variable["query"])
+        known = {variable["name"] for variable in variables} | {"__all", "__rate_interval"}
+        self.assertEqual(set(), set(VARIABLE.findall(text)) - known)
+        for panel in dashboard["panels"]:
+            self.assertIn(panel["type"], ("stat", "timeseries"), panel["title"])
+            self.assertEqual({"x", "y", "w", "h"}, set(panel["gridPos"]))
+            self.assertEqual({"type": "prometheus", "uid": "${datasource}"}, panel["datasource"])
+            self.assertEqual({"defaults", "overrides"}, set(panel["fieldConfig"]))
+            ids = [target["refId"] for target in panel["targets"]]
+            self.assertEqual(sorted(set(ids)), sorted(ids), panel["title"])
+
+    @unittest.skipUnless(PROMTOOL, "promtool is not installed")
+    def test_promtool_finds_no_fault_in_the_metrics(self):
+        self.metrics()
+        said = subprocess.run([PROMTOOL, "check", "metrics"], check=False, capture_output=True,
+                              input=self.daemon.raw("GET", "/metrics").body, timeout=60)
+        self.assertEqual((0, b"", b""), (said.returncode, said.stdout, said.stderr))
 
     def start_prometheus(self):
         """A Prometheus that asks the daemon every second; its port."""

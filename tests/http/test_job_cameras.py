@@ -98,6 +98,11 @@ class JobCameras(JobTest, CliServiceTest):
         off = [abs(a - b) for one, other in zip(read_png(placed)[4], read_png(found[1])[4])
                for a, b in zip(one, other)]
         self.assertLess(sum(off) / len(off), 0.5, "it stands where the animation has it")
+        found = self.wait(self.submit(scene, "0-1", view={**SIZE, "camera": {"node": "Nobody"}}),
+                          "failed")
+        self.assertEqual([(0, 1), (1, 1)], [(one["frame"], one["attempts"])
+                                            for one in found["failures"]], "trying again is no use")
+        self.assertIn("'Nobody'", found["failures"][0]["problem"]["detail"])
 
     def test_the_command_line_takes_a_path_for_jobs_and_for_frames(self):
         path = self.path("keys.json")

@@ -3,6 +3,7 @@
 by what was measured and learned, and a worker that is killed costs a job nothing. Uses what drivers
 offer; without any the file is skipped."""
 import concurrent.futures
+import glob
 import json
 import os
 import signal
@@ -37,8 +38,8 @@ def turning(glb):
     return support.glb(document, binary + data)
 
 
-def start(*flags):
-    daemon = support.Daemon(*flags, program=REAL).wait_device()
+def start(*flags, **options):
+    daemon = support.Daemon(*flags, program=REAL, **options).wait_device()
     support.wait_until(lambda: all(worker["ready"] for worker in daemon.stats()["workers"]),
                        "all workers are ready", 180)
     return daemon
@@ -119,6 +120,42 @@ class TwoWorkers(unittest.TestCase):
         log = self.daemon.log()
         self.assertEqual(1, log.count("shadows auto takes the faster by forecast"), log)
         self.assertLess(log.index("shadows auto takes the faster"), log.index("worker 2 is ready"))
+
+    def test_frames_of_every_worker_teach(self):
+        with support.tempfile.TemporaryDirectory() as state:
+            with start("--workers", "2", state_dir=state) as first:
+                scene = first.push(lit_floor())
+                first.render(scene, quality={"shadows": "auto"}, **SIZE)  # measures the device
+                first.stop()
+            speed, = glob.glob(f"{state}/cache/device-speed*.json")
+            learned = speed.replace("device-speed", "forecasts")
+            with open(speed, encoding="utf-8") as file:
+                numbers = json.load(file)
+            with open(speed, "w", encoding="utf-8") as file:  # so that frames have much to teach
+                json.dump({key: value if key == "key" else 8 * value
+                           for key, value in numbers.items()}, file)
+            with start("--workers", "2", state_dir=state) as daemon, \
+                    concurrent.futures.ThreadPoolExecutor(2) as pool:
+                keeper = workers(daemon, "pid")[0]
+
+                def ask(step=0):  # frames that keep surfaces of the last one teach nothing
+                    camera = {"eye": [step / 8, 2, 3], "target": [0, 0, 0]}
+                    return daemon.render(scene, quality={"shadows": "auto"}, camera=camera,
+                                         **SIZE).status
+
+                os.kill(keeper, signal.SIGSTOP)
+                try:
+                    waiting = [pool.submit(ask) for _ in range(2)]  # too few to teach anything
+                    support.wait_until(lambda: workers(daemon, "in_flight") == [2, 0], "both wait")
+                    self.assertEqual({200}, {ask(step) for step in range(8)})
+                    self.assertEqual([0, 8], workers(daemon, "rendered"))
+                finally:
+                    os.kill(keeper, signal.SIGCONT)
+                self.assertEqual([200, 200], [one.result() for one in waiting])
+                support.wait_until(lambda: os.path.exists(learned), "something is learned")
+                with open(learned, encoding="utf-8") as file:
+                    self.assertGreaterEqual(json.load(file)["observations"], 3)
+                daemon.stop()
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@
 #include <cmocka.h>
 #include <jansson.h>
 
+#include "server/mapping/lesson_mapping.h"
 #include "server/mapping/observations_file.h"
 
 static struct learning *make_learned(void)
@@ -179,6 +180,39 @@ static void no_more_than_a_file_of_ours_is_read(void **state)
     free(read);
 }
 
+/* On its way from worker to worker. */
+static void a_lesson_keeps_its_bits_and_bad_ones_are_none(void **state)
+{
+    (void)state;
+    struct frame_lesson lesson = {.is_timed = true, .alone_ms = 1 / 3.}, read;
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        if (shadow_technique_is_candidate((enum shadow_technique)i))
+            lesson.frames[i] = (struct learning_case){.terms = {i / 7., 1e-9},
+                                                      .technique = (enum shadow_technique)i,
+                                                      .is_left_out = i % 2,
+                                                      .view = UINT64_MAX - (uint64_t)i};
+    lesson.frame = lesson.frames[SHADOWS_RAYTRACED];
+    char *text = json_dumps(lesson_to_json(&lesson), JSON_COMPACT);
+    json_t *json = json_loads(text, 0, NULL);
+    assert_true(lesson_from_json(json, &read));
+    assert_true(read.alone_ms == lesson.alone_ms && read.is_timed);
+    struct learning one, other;
+    learning_init(&one);
+    learning_init(&other);
+    for (int i = 0; i < SHADOWS_COUNT; i++) {
+        learning_teach(&one, &lesson.frames[i], 5);
+        learning_teach(&other, &read.frames[i], 5);
+    }
+    learning_teach(&one, &lesson.frame, lesson.alone_ms);
+    learning_teach(&other, &read.frame, read.alone_ms);
+    assert_memory_equal(&one, &other, sizeof one);
+    json_array_set_new(json_array_get(json_object_get(json, "cases"), 1), 3, json_real(-1));
+    assert_false(lesson_from_json(json, &read));
+    assert_false(lesson_from_json(NULL, &read));
+    json_decref(json);
+    free(text);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -186,6 +220,7 @@ int main(void)
         cmocka_unit_test(a_file_that_was_cut_anywhere_teaches_nothing),
         cmocka_unit_test(what_observations_cannot_make_is_refused),
         cmocka_unit_test(no_more_than_a_file_of_ours_is_read),
+        cmocka_unit_test(a_lesson_keeps_its_bits_and_bad_ones_are_none),
     };
     return cmocka_run_group_tests(tests, make_path, remove_path);
 }

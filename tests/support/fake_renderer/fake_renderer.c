@@ -27,6 +27,7 @@
 #include "protocol/quality_defaults.h"
 #include "renderer/base/wall_clock.h"
 #include "renderer/frame/calibrate.h"
+#include "renderer/frame/frame_lesson.h"
 #include "renderer/frame/texture_speed.h"
 #include "renderer/import/import.h"
 #include "renderer/renderer.h"
@@ -123,6 +124,20 @@ void renderer_set_learned(struct renderer *renderer, const struct learning *lear
 {
     (void)renderer;
     (void)learned;
+}
+
+/* Nothing is learned from its frames. */
+bool renderer_take_lesson(struct renderer *renderer, struct frame_lesson *lesson)
+{
+    (void)renderer;
+    (void)lesson;
+    return false;
+}
+
+void renderer_learn(struct renderer *renderer, const struct frame_lesson *lesson)
+{
+    (void)renderer;
+    (void)lesson;
 }
 
 const struct learning *renderer_get_learned(const struct renderer *renderer, uint64_t *print)
