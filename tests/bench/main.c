@@ -32,7 +32,7 @@ static const struct suite suites[] = {
      suite_ahead},
     {"environment", "light from all around: rasterised, ray traced by the sample, its error",
      suite_environment},
-    {"smoke", "haze in the scene's own lights by each technique, and its error", suite_smoke},
+    {"smoke", "haze in the lights of a scene, its error, and smoke from nearby", suite_smoke},
     {"grids", "what smoke adds to frames against its forecast", suite_grids},
     {"peels", "what peeled layers and layered shadow maps take against forecasts", suite_peels},
     {"finders", "what shadow volumes and grids of triangles take against forecasts", suite_finders},

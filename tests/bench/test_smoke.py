@@ -98,7 +98,7 @@ class CommandLine(unittest.TestCase):
         self.assertLess(many, 0.8 * few)  # 4 samples err less than one
 
     def test_haze_states_its_cost_and_its_error(self):
-        done = measure("smoke", "--size", "64x36", "--seconds", "1")
+        done = measure("smoke", "--scene", "demo", "--size", "64x36", "--seconds", "1")
         self.assertEqual(0, done.returncode, done.stderr)
         checks = {(c["subject"], c["name"]): c["value"] for c in json.loads(done.stdout)["checks"]}
         for technique in ("deep", "raytraced", "raytraced-shadows"):
@@ -106,6 +106,17 @@ class CommandLine(unittest.TestCase):
             for samples in (16, 64, 256):
                 error = checks[technique, f"mean error, {samples} atmosphere samples"]
                 self.assertTrue(0 < error < 0.5, checks)
+
+    def test_smoke_from_nearby_states_what_a_walk_per_step_takes(self):
+        done = measure("smoke", "--scene", "close-up", "--size", "32x18", "--seconds", "1")
+        self.assertEqual(0, done.returncode, done.stderr)
+        checks = {c["name"]: c["value"] for c in json.loads(done.stdout)["checks"]}
+        for figure in ("march steps", "lookups", "cpu ms"):
+            ours, walked = checks[figure], checks[figure + ", walked"]
+            self.assertGreater(min(ours, walked), 0, figure)
+            self.assertAlmostEqual(walked / ours, checks[figure + " walked / ours"], places=3)
+        # a small picture has a column for each pixel, as a walk has
+        self.assertAlmostEqual(1, checks["march steps walked / ours"], delta=0.1)
 
     def test_smoke_states_what_was_forecast(self):
         done = measure("grids", "--size", "64x36")

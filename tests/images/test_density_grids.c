@@ -576,6 +576,55 @@ static void rasterised_smoke_agrees_with_the_reference(void **state)
     assert_true(production_error(state, SHADOWS_DEEP, 0.05, hazy) < 0.01);
 }
 
+static struct image shoot_furnace(struct renderer *renderer, const struct rig_scene *rig,
+                                  const struct view *from, bool is_lit,
+                                  const struct view_grid_override *grid)
+{
+    struct view view = *from;
+    view.has_environment = is_lit;
+    view.grids = grid;
+    view.grid_override_count = 1;
+    for (int k = 0; k < 3; k++)
+        view.sky[k] = view.ground[k] = 2;
+    return shoot_color(renderer, rig, &view);
+}
+
+/* In a furnace as much light comes from everywhere. What smoke takes of it along a ray, its albedo
+ * gives back, whatever the density and the phase function: a full albedo loses and gains nothing,
+ * and of any other the rest is absorbed. */
+static void smoke_gains_and_loses_no_light(void **state)
+{
+    static float values[7 * 5 * 6];
+    fill_random(values, sizeof values / sizeof *values);
+    const struct stage stage = {
+        .size = {7, 5, 6}, .values = values, .has_wall = true, .wall_glow = 2};
+    const struct view_grid_override none = {.grid = "Smoke", .has_density = true};
+    struct rig_scene rig;
+    open_stage(&rig, *state, &stage);
+    for (int i = 0; i < 4; i++) {
+        const struct view_grid_override grid = {
+            .grid = "Smoke", .has_color = i % 2, .color = {1, 1, 1}};
+        struct view view = look(NULL, 0);
+        if (i / 2)
+            rasterise(&view);
+        struct image lit = shoot_furnace(*state, &rig, &view, true, &grid);
+        struct image clear = shoot_furnace(*state, &rig, &view, true, &none);
+        struct image dimmed = shoot_furnace(*state, &rig, &view, false, &grid);
+        for (int y = 1; y < HEIGHT; y += 4)
+            for (int x = 0; x < WIDTH; x += 3)
+                for (int k = 0; k < 3; k++) {
+                    double passed = (double)image_pixel_f32(&dimmed, x, y)[k] / 2;
+                    double wall = (double)image_pixel_f32(&clear, x, y)[k];
+                    double given = 2 * (i % 2 ? 1 : albedo[k]);
+                    expect(&lit, x, y, k, passed * wall + given * (1 - passed), 2e-5, "furnace");
+                }
+        image_finish(&lit);
+        image_finish(&clear);
+        image_finish(&dimmed);
+    }
+    rig_scene_finish(&rig, *state);
+}
+
 /* Rasterised: tiles have the bits of the whole, and lights in parts the same light. */
 static void tiles_and_parts_agree(void **state)
 {
@@ -635,6 +684,7 @@ int main(void)
         cmocka_unit_test(techniques_draw_smoke_or_refuse_it),
         cmocka_unit_test(production_agrees_with_the_reference),
         cmocka_unit_test(rasterised_smoke_agrees_with_the_reference),
+        cmocka_unit_test(smoke_gains_and_loses_no_light),
         cmocka_unit_test(tiles_and_parts_agree),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
