@@ -495,6 +495,8 @@ bool scene_sampling_run(struct scene_sampling *sampling, const struct workload_d
         for (int i = 0; i < CELLS; i++) {
             sampling->covered += fmin(canvas->covered[i], 1) / CELLS;
             sampling->depths[i] = canvas->depth[i] < DBL_MAX ? (float)canvas->depth[i] : INFINITY;
+            sampling->ends[i] =
+                canvas->end[i] < DBL_MAX ? (float)canvas->end[i] : sampling->depths[i];
         }
         choose_points(canvas, sampling);
         sample_peels(canvas, sampling);

@@ -325,7 +325,8 @@ bool workload_measure(struct workload *workload, const struct workload_desc *des
         workload->lit = count_lit(desc, &sampling, reach);
         workload->directions = count_directions(desc->view);
         workload->listed = count_listed(desc, &sampling, reach);
-        ok = measure_maps(workload, desc, reach, err);
+        ok = measure_maps(workload, desc, reach, err) &&
+             workload_measure_volumes(workload, desc, &sampling, reach, err);
         measure_haze(workload, desc, &sampling);
         workload_measure_grids(workload, desc, &sampling);
     }

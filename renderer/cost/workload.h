@@ -39,6 +39,7 @@ struct scene_sampling {
     int point_count;
     /* Depth of what is opaque in each cell of the picture, rows from below [m]; INFINITY: none. */
     float depths[SCENE_ROWS * SCENE_COLUMNS];
+    float ends[SCENE_ROWS * SCENE_COLUMNS]; /* likewise, of planes in the middle of the cell */
 };
 
 /* What the camera sees, on a coarse grid. */
@@ -49,6 +50,12 @@ MUST_CHECK bool scene_sampling_run(struct scene_sampling *sampling,
 bool workload_shines_into(const struct state_light *light, const double point[3]);
 /* On a surface, seen from its upper side. */
 bool workload_shines_on(const struct state_light *light, const struct scene_sample *point);
+
+/* What shadow volumes cover. The rest of the workload stands. */
+MUST_CHECK bool workload_measure_volumes(struct workload *workload,
+                                         const struct workload_desc *desc,
+                                         const struct scene_sampling *sampling,
+                                         const struct light_reach *reach, struct error *err);
 
 /* What density grids add: along rays through a coarse grid of the picture, and from there and from
  * visible surfaces to lights. */

@@ -58,9 +58,11 @@ const struct device_costs forecast_costs = {
     .area_point = 260,
     .area_asked = 6,
     .built_triangle = 281,
-    .volume_point = 76,
-    .volume_triangle = 510,
-    .volume_crossed = 5.2,
+    .volume_point = 110,
+    .volume_triangle = 460,
+    .volume_pixel = 90,
+    .volume_crossed = 2.1,
+    .msaa_volume = 4,
     .haze_slice = 110,
     .haze_ray = 11,
     .grid_point = 527,
@@ -378,7 +380,9 @@ void forecast_add_volumes(const struct forecast_frame *frame, double terms[FOREC
         MS * (double)w->shadowed_lights *
         (surfaces * c->volume_point + rounds * w->triangles * c->volume_triangle);
     some[FORECAST_TERM_POINT_WALKS] +=
-        MS * surfaces * w->listed * c->volume_crossed * sqrt(w->triangles);
+        MS * (1 + more * c->msaa_volume) *
+        (rounds * w->side_pixels * (1 + w->layers) * c->volume_pixel +
+         surfaces * w->listed * c->volume_crossed * sqrt(w->triangles));
     spread(some, frame->speed->maps, terms);
 }
 

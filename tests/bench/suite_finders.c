@@ -34,12 +34,12 @@ static void tell(struct bench *bench, const char *name, const struct technique *
     fprintf(bench->options.is_json ? stderr : stdout,
             "  %-30.30s %-12s %8.1f ms, forecast %8.1f  %5.2f; %.0f triangles\n", name,
             technique->name, took_ms, forecast_ms, forecast_ms / took_ms, w->triangles);
-    json_t *work =
-        json_pack("{s:f,s:f,s:f,s:f,s:f,s:f,s:f,s:f,s:f,s:f,s:f}", "pixels", w->pixels, "covered",
-                  w->covered, "layers", w->layers, "lit", w->lit, "listed", w->listed, "triangles",
-                  w->triangles, "triangles_in_view", w->triangles_in_view, "shadowed_lights",
-                  (double)w->shadowed_lights, "map_faces", w->map_faces, "map_triangles",
-                  w->map_triangles, "deep_triangles", w->deep_triangles);
+    json_t *work = json_pack("{s:f,s:f,s:f,s:f,s:f,s:f,s:f,s:f,s:f,s:f,s:f,s:f}", "pixels",
+                             w->pixels, "covered", w->covered, "layers", w->layers, "lit", w->lit,
+                             "listed", w->listed, "triangles", w->triangles, "triangles_in_view",
+                             w->triangles_in_view, "shadowed_lights", (double)w->shadowed_lights,
+                             "map_faces", w->map_faces, "map_triangles", w->map_triangles,
+                             "deep_triangles", w->deep_triangles, "side_pixels", w->side_pixels);
     json_array_append_new(bench->results,
                           json_pack("{s:s,s:s,s:s,s:i,s:f,s:f,s:o}", "suite", bench->suite, "scene",
                                     name, "variant", technique->name, "samples",

@@ -155,6 +155,48 @@ static void smoke_is_counted_by_rays_lights_and_cells(void **state)
     rig_close(&rig);
 }
 
+/* A fold of two triangles a metre before a wall: where one of them faces the light and the other
+ * does not, the side behind their edge goes down to the wall; 25 pixels are a metre. */
+static void sides_of_volumes_are_followed_to_what_is_seen(void **state)
+{
+    (void)state;
+    static const char json[] =
+        "{'asset':{'version':'2.0'},'scene':0,'scenes':[{'nodes':[0,1]}],"
+        "'nodes':[{'mesh':0},{'mesh':1}],'materials':[{'doubleSided':true}],"
+        "'meshes':[{'primitives':[{'attributes':{'POSITION':0},'material':0}]},"
+        "{'primitives':[{'attributes':{'POSITION':1},'material':0}]}],"
+        "'accessors':[{'bufferView':0,'componentType':5126,'count':6,'type':'VEC3',"
+        "'min':[-2,-2,0],'max':[2,2,0]},{'bufferView':0,'byteOffset':72,'componentType':5126,"
+        "'count':6,'type':'VEC3','min':[-1.5,-0.5,0.5],'max':[-1,0.5,1]}],"
+        "'bufferViews':[{'buffer':0,'byteLength':144}],'buffers':[{'byteLength':144}]}";
+    static const float points[36] = {-2,    -2, 0, 2,  -2,  0, -2, 2,    0, -2, 2,   0,
+                                     2,     -2, 0, 2,  2,   0, -1, -.5f, 1, -1, .5f, 1,
+                                     -1.5f, 0,  1, -1, .5f, 1, -1, -.5f, 1, -1, 0,   .5f};
+    struct rig rig;
+    struct error err = {0};
+    rig_open(&rig, "'alphaMode':'OPAQUE'");
+    imported_scene_finish(&rig.imported);
+    if (!imported_scene_make(&rig.imported, json, points, sizeof points, &err))
+        fail_msg("%s", err.message);
+    rig.light = (struct view_light){.type = SCENE_LIGHT_DIRECTIONAL,
+                                    .direction = {1, 0, -1},
+                                    .color = {1, 1, 1},
+                                    .intensity = 1};
+    struct workload folded = measure(&rig);
+    assert_true(folded.side_pixels > 500 && folded.side_pixels < 900); /* 23 x (20 + a tile) */
+    rig.light.direction[0] = -1;                                       /* both face it */
+    assert_true(measure(&rig).side_pixels == 0);
+    const struct device_speed speed = {1, 1, 1, 1, 1};
+    const struct forecast_setting one = {.samples = 1, .has_shadows = true};
+    double terms[2][FORECAST_TERM_COUNT] = {{0}};
+    forecast_add_volumes(&(struct forecast_frame){&folded, &one, &speed}, terms[0]);
+    folded.side_pixels += 1e6;
+    forecast_add_volumes(&(struct forecast_frame){&folded, &one, &speed}, terms[1]);
+    double more_ms = forecast_sum_ms(terms[1]) - forecast_sum_ms(terms[0]);
+    assert_true(fabs(more_ms - forecast_costs.volume_pixel) < 1e-6);
+    rig_close(&rig);
+}
+
 static struct auto_choice choose(struct rig *rig, const struct auto_settings *settings)
 {
     struct auto_choice choice = {0};
@@ -553,6 +595,7 @@ int main(void)
         cmocka_unit_test(counts_are_those_of_the_picture),
         cmocka_unit_test(haze_is_counted_by_slices_and_lights),
         cmocka_unit_test(smoke_is_counted_by_rays_lights_and_cells),
+        cmocka_unit_test(sides_of_volumes_are_followed_to_what_is_seen),
         cmocka_unit_test(peels_are_the_most_layers_before_one_another),
         cmocka_unit_test(peels_end_at_what_is_opaque_and_where_nothing_is_let_through),
         cmocka_unit_test(partitions_are_the_casters_before_one_another),
