@@ -104,10 +104,10 @@ enum shadow_parameter {
         SHADOW_HAS_MAP, 4, NULL,                                                                   \
         "a translucent map for each partition of the meshes (Modisett 2023)")                      \
     ROW(AREA, "area", SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS,                \
-        SHADOW_HAS_AREA_SAMPLES, 4, NULL,                                                          \
+        SHADOW_HAS_AREA_SAMPLES, 4, "by grids",                                                    \
         "triangles rasterised onto each light's samples at every point, on the GPU (Wang et al. "  \
         "2014)")                                                                                   \
-    ROW(VOLUME, "volume", SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA, 0, 4, NULL,                         \
+    ROW(VOLUME, "volume", SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA, 0, 4, "by volumes",                 \
         "shadow volumes that add what surfaces take away (Kim, Kim and Turk); sharp, no maps")     \
     ROW(MOMENTS, "moments",                                                                        \
         SHADOW_CAN_COLOR | SHADOW_CAN_FILTER | SHADOW_CAN_LAYERS | SHADOW_CAN_INSIDE |             \
@@ -115,7 +115,7 @@ enum shadow_parameter {
             SHADOW_CAN_GRIDS,                                                                      \
         SHADOW_HAS_MAP, 4, NULL,                                                                   \
         "four moments of absorbance per texel and colour; two surfaces exact, more approximate")   \
-    ROW(SILHOUETTE, "silhouette", SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA, 0, 4, NULL,                 \
+    ROW(SILHOUETTE, "silhouette", SHADOW_CAN_GLASS | SHADOW_CAN_MEDIA, 0, 4, "by silhouettes",     \
         "shadow volumes of silhouettes that count surfaces (Lexolights, Peciva); sharp, no maps")
 
 enum shadow_technique {

@@ -10,6 +10,7 @@
 #include "renderer/cost/workload.h"
 #include "renderer/scene/grid_texels.h"
 #include "renderer/shadows/shadow_compress.h"
+#include "renderer/shadows/technique.h"
 
 static bool is_candidate(int technique)
 {
@@ -36,14 +37,57 @@ bool auto_quality_is_open(const struct view_quality *quality)
 static bool is_open(const struct auto_desc *desc)
 {
     return desc->view->outputs & 1u << VIEW_OUTPUT_COLOR &&
-           auto_quality_is_open(&desc->view->quality) && !scene_state_area_lights(desc->state);
+           auto_quality_is_open(&desc->view->quality);
 }
 
-static bool can_draw(const struct auto_desc *desc, enum shadow_technique technique)
+static const struct shadow_structure *structure_of(enum shadow_technique technique)
 {
+    return shadow_method_of(technique)->structure;
+}
+
+/* What soft shadows cost rays beside rasterised surfaces has not been measured, so that those of
+ * whole pictures stand for both. */
+static bool is_for_areas(enum shadow_technique technique)
+{
+    return shadow_technique_is_renderer(technique) || structure_of(technique)->least_gain > 0;
+}
+
+/* By its rows, and where all of its casters are such that it can follow them. */
+static bool can_draw(const struct auto_desc *desc, enum shadow_technique technique,
+                     const struct workload *workload)
+{
+    const struct shadow_method *method = shadow_method_of(technique);
+    const struct view_quality *quality = &desc->view->quality;
+    bool has_areas = scene_state_area_lights(desc->state);
     unsigned can = (view_has_atmosphere(desc->view) ? SHADOW_CAN_ATMOSPHERE : 0u) |
-                   (desc->state->grid_count ? SHADOW_CAN_GRIDS : 0u);
-    return shadow_technique_can(technique, can);
+                   (desc->state->grid_count ? SHADOW_CAN_GRIDS : 0u) |
+                   (has_areas ? SHADOW_CAN_AREA_LIGHTS : 0u);
+    double sure = method->structure->sure_triangles;
+    return shadow_technique_can(technique, can) && (!has_areas || is_for_areas(technique)) &&
+           (sure <= 0 || workload->triangles <= sure) &&
+           !shadow_method_count_unfit(method, desc->state, quality) &&
+           !(method->fall_back && method->fall_back(desc->state, quality));
+}
+
+/* Leaves out techniques whose forecasts gain too little for how far they may be off, and of two
+ * that have the same the first. */
+static void leave_out_uncertain(struct learning_case frames[SHADOWS_COUNT])
+{
+    double least = INFINITY;
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        if (is_candidate(i) && !frames[i].is_left_out &&
+            structure_of((enum shadow_technique)i)->least_gain <= 0)
+            least = fmin(least, forecast_sum_ms(frames[i].terms));
+    const struct shadow_structure *last = NULL;
+    for (int i = SHADOWS_COUNT - 1; i >= 0; i--) {
+        const struct shadow_structure *structure =
+            is_candidate(i) ? structure_of((enum shadow_technique)i) : NULL;
+        if (!structure || structure->least_gain <= 0 || frames[i].is_left_out)
+            continue;
+        frames[i].is_left_out = forecast_sum_ms(frames[i].terms) > structure->least_gain * least ||
+                                (last && last->forecast == structure->forecast);
+        last = structure;
+    }
 }
 
 /* Maps that do not all fit the budget are made in batches, anew for every frame. */
@@ -135,7 +179,9 @@ enum shadow_technique auto_fastest(const double ms[SHADOWS_COUNT])
         if (is_compared(i, ms[i]) && i != SHADOWS_RASTER_DEFAULT &&
             (fastest == SHADOWS_COUNT || ms[i] < ms[fastest]))
             fastest = i;
-    bool gains = fastest < SHADOWS_COUNT && ms[fastest] < GAIN_LEAST * ms[SHADOWS_RASTER_DEFAULT];
+    bool gains = fastest < SHADOWS_COUNT &&
+                 (!is_compared(SHADOWS_RASTER_DEFAULT, ms[SHADOWS_RASTER_DEFAULT]) ||
+                  ms[fastest] < GAIN_LEAST * ms[SHADOWS_RASTER_DEFAULT]);
     return gains ? (enum shadow_technique)fastest : SHADOWS_RASTER_DEFAULT;
 }
 
@@ -227,7 +273,7 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
         choice->cold[i] = (struct learning_case){
             .technique = technique,
             .view = desc->view_key & ~UINT64_C(1),
-            .is_left_out = !can_draw(desc, technique),
+            .is_left_out = !can_draw(desc, technique, &workload),
         };
         technique_forecast_terms(
             technique, &(struct forecast_frame){&workload, &setting, &desc->settings->speed},
@@ -236,6 +282,9 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
         choice->frames[i] = auto_case(&choice->cold[i], is_warm && can_stay ? 0 : 1);
         all_stay = all_stay && can_stay;
     }
+    leave_out_uncertain(choice->frames);
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        choice->cold[i].is_left_out = choice->frames[i].is_left_out;
     take(choice, desc->settings,
          !is_warm   ? "shadows built"
          : all_stay ? "shadows kept"
@@ -265,14 +314,20 @@ bool auto_choose(struct auto_choice *choice, const struct auto_desc *desc, struc
     }
     if (!desc->settings || desc->settings->policy == AUTO_RASTER || !is_open(desc))
         return true;
-    if (desc->settings->policy == AUTO_RAYTRACED && can_draw(desc, SHADOWS_RAYTRACED)) {
+    bool has_areas = scene_state_area_lights(desc->state);
+    if (desc->settings->policy == AUTO_RAYTRACED && !has_areas) {
         choice->is_open = true;
         choice->technique = SHADOWS_RAYTRACED;
         snprintf(choice->because, sizeof choice->because, "auto: the server is set to ray tracing");
         return true;
     }
-    if (!device_speed_is_known(&desc->settings->speed))
+    if (desc->settings->policy == AUTO_RAYTRACED || !device_speed_is_known(&desc->settings->speed))
         return true;
     choice->is_open = true;
-    return forecast(choice, desc, err);
+    if (!forecast(choice, desc, err))
+        return false;
+    /* whole pictures by rays need no choice where a light has an area */
+    if (has_areas && shadow_technique_is_renderer(choice->technique))
+        *choice = (struct auto_choice){0};
+    return true;
 }

@@ -340,11 +340,13 @@ static size_t estimate_technique(const struct choice_frame *frame,
     return count;
 }
 
+/* Of techniques that not all casters fit none is promised before the scene is looked at. */
 static bool is_estimated(const struct quality_target *target, enum shadow_technique shadows)
 {
-    return target->shadows == SHADOWS_AUTO ? shadow_technique_is_candidate(shadows) &&
-                                                 shadow_technique_can(shadows, target->needs)
-                                           : target->shadows == shadows;
+    bool is_open = target->shadows == SHADOWS_AUTO;
+    return is_open ? shadow_technique_is_candidate(shadows) && !shadow_method_of(shadows)->fits &&
+                         shadow_technique_can(shadows, target->needs)
+                   : target->shadows == shadows;
 }
 
 /* Whole renderers last: of equals the first counts. */

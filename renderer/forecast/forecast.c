@@ -360,7 +360,7 @@ void forecast_add_area(const struct forecast_frame *frame, double terms[FORECAST
                   lights * surfaces * c->area_point);
         some[FORECAST_TERM_POINT_RAYS] =
             MS * surfaces * w->lit * c->area_asked * sqrt(w->triangles);
-        some[FORECAST_TERM_MAPS] = MS * rounds * lights * w->triangles * c->area_triangle;
+        some[FORECAST_TERM_POINTS] += MS * rounds * lights * w->triangles * c->area_triangle;
     }
     spread(some, frame->speed->shade, terms);
 }
@@ -376,7 +376,7 @@ void forecast_add_volumes(const struct forecast_frame *frame, double terms[FOREC
         return;
     some[FORECAST_TERM_POINTS] +=
         MS * rounds * w->pixels * (c->point_pixel + more * c->msaa_point_pixel);
-    some[FORECAST_TERM_MAPS] +=
+    some[FORECAST_TERM_POINTS] +=
         MS * (double)w->shadowed_lights *
         (surfaces * c->volume_point + rounds * w->triangles * c->volume_triangle);
     some[FORECAST_TERM_POINT_WALKS] +=

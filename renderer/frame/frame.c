@@ -428,7 +428,7 @@ static size_t list_techniques(const struct renderer *renderer, const struct view
     for (int i = 0; i < SHADOWS_COUNT && is_open; i++) {
         enum shadow_technique other = (enum shadow_technique)i;
         if (other != list[0] && shadow_technique_is_candidate(other) &&
-            !shadow_technique_is_renderer(other))
+            !shadow_technique_is_renderer(other) && plan->choice.ms[other] >= 0)
             list[count++] = other;
     }
     return count;

@@ -17,7 +17,8 @@ bool plan_is_raytraced(const struct view *view, const struct scene_state *state,
     else if (shadow_technique_is_renderer(quality->shadows))
         snprintf(because, REPORT_TEXT_BYTES, "quality.shadows is %s",
                  shadow_technique_name((int)quality->shadows));
-    else if (quality->shadows == SHADOWS_AUTO && areas)
+    else if (quality->shadows == SHADOWS_AUTO && areas &&
+             (!choice->is_open || shadow_technique_is_renderer(choice->technique)))
         snprintf(because, REPORT_TEXT_BYTES, "%zu area light%s: soft shadows are ray traced", areas,
                  areas == 1 ? "" : "s");
     else if (shadow_technique_is_renderer(choice->technique))

@@ -62,6 +62,10 @@ struct shadow_structure {
     const struct shadow_pass *passes; /* in the order of execution, after shadow_depth_pass */
     /* One at least; a frame needs the one that is as `faithful`, or else the first. */
     const struct shadow_trial *trials;
+    /* Share of the time of all others that it must be forecast to take before `auto` compares it:
+     * what a forecast is off by; 0: any. And triangles above which some devices refuse it; 0: any.
+     */
+    double least_gain, sure_triangles;
     double noise; /* that pixels of its trials may be off by, relative; 0: of none */
     /* Adds what the shadows of a frame take, beside its surfaces. Thread: any. */
     void (*forecast)(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);

@@ -28,6 +28,8 @@ const struct shadow_structure shadow_structure_area = {
     .passes = passes,
     .trials = trials,
     .forecast = forecast_add_area,
+    .least_gain = 0.5,
+    .sure_triangles = 65000, /* those of a cell are gone through in one loop */
     .finder = &shadow_finder_area,
 };
 

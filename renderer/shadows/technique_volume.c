@@ -38,6 +38,7 @@ const struct shadow_structure shadow_structure_volume = {
     .passes = passes,
     .trials = trials,
     .forecast = forecast_add_volumes,
+    .least_gain = 0.5,
     .finder = &shadow_finder_volume,
 };
 
@@ -52,6 +53,7 @@ const struct shadow_structure shadow_structure_silhouette = {
     .passes = passes,
     .trials = silhouette_trials,
     .forecast = forecast_add_volumes,
+    .least_gain = 0.5,
     .finder = &shadow_finder_silhouette,
 };
 

@@ -9,6 +9,7 @@
 
 #include "renderer/cost/workload.h"
 #include "renderer/frame/calibrate.h"
+#include "renderer/shadows/technique.h"
 #include "tests/bench/frames.h"
 #include "tests/support/auto_replay.h"
 #include "tests/support/generated_scene.h"
@@ -73,6 +74,12 @@ static bool time_technique(struct bench *bench, const struct rig_scene *rig,
     return true;
 }
 
+/* Of candidates; others are compared where their forecasts gain much. */
+static bool is_of_any_scene(enum shadow_technique technique)
+{
+    return shadow_technique_is_candidate(technique) && !shadow_method_of(technique)->fits;
+}
+
 static bool run_case(struct bench *bench, int index, struct replay_case *one, struct error *err)
 {
     struct generated_scene *scene = calloc(1, sizeof *scene);
@@ -89,7 +96,7 @@ static bool run_case(struct bench *bench, int index, struct replay_case *one, st
         one->samples = scene->view.quality.samples;
     }
     for (int i = 0; ok && i < SHADOWS_COUNT; i++)
-        ok = !shadow_technique_is_candidate((enum shadow_technique)i) ||
+        ok = !is_of_any_scene((enum shadow_technique)i) ||
              time_technique(bench, &rig, &scene->view, (enum shadow_technique)i, one, err);
     rig_scene_finish(&rig, renderer);
     if (scene)

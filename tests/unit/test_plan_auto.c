@@ -14,6 +14,7 @@
 #include "renderer/cost/auto_technique.h"
 #include "renderer/cost/technique_forecast.h"
 #include "renderer/cost/workload.h"
+#include "renderer/plan/traced.h"
 #include "renderer/shadows/technique.h"
 #include "tests/support/import_support.h"
 
@@ -515,12 +516,13 @@ static void the_faster_is_taken_and_the_reason_told(void **unused)
     assert_non_null(strstr(choice.because, "calibrated"));
     assert_true(choice.ms[SHADOWS_RAYTRACED] == again.ms[SHADOWS_RAYTRACED] &&
                 choice.ms[SHADOWS_DEEP] == again.ms[SHADOWS_DEEP]);
-    choice = choose(&rig, &fast_raster);
-    assert_true(choice.is_open && choice.technique == SHADOWS_DEEP &&
+    choice = choose(&rig, &fast_raster); /* edges of a square are fewer than texels */
+    assert_true(choice.is_open && choice.technique == SHADOWS_SILHOUETTE &&
                 choice.ms[SHADOWS_DEEP] < choice.ms[SHADOWS_RAYTRACED]);
+    assert_non_null(strstr(choice.because, "by silhouettes"));
     double built = choice.ms[SHADOWS_DEEP];
     choice = choose(&rig, &slow_maps);
-    assert_true(choice.technique == SHADOWS_RAYTRACED_SHADOWS);
+    assert_true(choice.technique == SHADOWS_AREA); /* which has surfaces alone */
     assert_true(strstr(choice.because, "ms ray traced, ") <
                 strstr(choice.because, "ms rasterised, "));
     assert_true(choice.ms[SHADOWS_RAYTRACED_SHADOWS] < choice.ms[SHADOWS_RAYTRACED] &&
@@ -538,6 +540,48 @@ static void the_faster_is_taken_and_the_reason_told(void **unused)
     choice = choose(&rig, &fast_raster);
     assert_true(choice.ms[SHADOWS_DEEP] > kept_ms &&
                 strstr(choice.because, "too many maps to keep"));
+    rig_close(&rig);
+}
+
+/* What only some casters fit is taken where it is forecast to take half of the others' time, and
+ * the scene has no others. */
+static void finders_are_taken_where_they_gain_much(void **unused)
+{
+    (void)unused;
+    static const struct auto_settings faster = {.policy = AUTO_MEASURED,
+                                                .speed = {0.01, 0.005, 0.005, 1, 1}};
+    struct rig rig;
+    rig_open(&rig, "'alphaMode':'OPAQUE'");
+    struct auto_choice choice = choose(&rig, &faster), even = choose(&rig, &fast_rays);
+    assert_true(choice.technique == SHADOWS_SILHOUETTE);
+    assert_true(even.technique == SHADOWS_RAYTRACED && even.ms[SHADOWS_SILHOUETTE] < 0 &&
+                even.ms[SHADOWS_VOLUME] < 0 && even.ms[SHADOWS_AREA] < 0);
+    rig.view.quality.expects_reuse = true; /* maps stand, and looking into them is cheap */
+    assert_true(choose(&rig, &faster).technique == SHADOWS_DEEP);
+    rig.view.quality.expects_reuse = false;
+    rig.view.atmosphere.density_per_m = 0.1; /* which it cannot draw */
+    assert_true(choose(&rig, &faster).technique == SHADOWS_DEEP);
+    rig.view.atmosphere.density_per_m = 0;
+    rig.light = (struct view_light){.type = SCENE_LIGHT_DISK,
+                                    .position = {0, 0, 3},
+                                    .direction = {0, 0, -1},
+                                    .color = {1, 1, 1},
+                                    .intensity = 10,
+                                    .radius_m = 1};
+    choice = choose(&rig, &faster);
+    assert_true(choice.is_open && choice.technique == SHADOWS_AREA);
+    assert_non_null(strstr(choice.because, "by grids"));
+    assert_true(choice.ms[SHADOWS_SILHOUETTE] < 0 && choice.ms[SHADOWS_DEEP] < 0);
+    char because[REPORT_TEXT_BYTES];
+    struct error err = {0};
+    struct auto_choice none = choose(&rig, &(struct auto_settings){.policy = AUTO_RAYTRACED});
+    assert_true(scene_state_init(&rig.state, &rig.imported.scene, &rig.view, &err));
+    assert_false(plan_is_raytraced(&rig.view, &rig.state, &choice, because));
+    assert_true(!none.is_open && plan_is_raytraced(&rig.view, &rig.state, &none, because));
+    scene_state_finish(&rig.state);
+    rig_close(&rig);
+    rig_open(&rig, "'alphaMode':'MASK'"); /* filters by place */
+    assert_true(choose(&rig, &faster).technique == SHADOWS_DEEP);
     rig_close(&rig);
 }
 
@@ -585,7 +629,7 @@ static void what_was_said_is_not_open(void **unused)
                                     .color = {1, 1, 1},
                                     .intensity = 10,
                                     .radius_m = 1};
-    assert_false(choose(&rig, &fast_raster).is_open); /* rays alone can draw it */
+    assert_false(choose(&rig, &fast_rays).is_open); /* whole pictures by rays, without a choice */
     rig_close(&rig);
 }
 
@@ -605,6 +649,7 @@ int main(void)
         cmocka_unit_test(traced_shadows_without_casters_cost_nothing),
         cmocka_unit_test(a_gain_within_the_error_of_forecasts_is_none),
         cmocka_unit_test(the_faster_is_taken_and_the_reason_told),
+        cmocka_unit_test(finders_are_taken_where_they_gain_much),
         cmocka_unit_test(policies_need_no_numbers),
         cmocka_unit_test(what_was_said_is_not_open),
     };

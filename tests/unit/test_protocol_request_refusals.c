@@ -237,6 +237,7 @@ static void bad_lights(void **state)
          "a rect light has none"},
         {LIGHT(DISK), INVALID, "/lights/0/radius", "required"},
         {LIGHT(DISK ",\"radius\":1e10"), INVALID, "/lights/0/radius", "to 1e+09"},
+        {LIGHT(DISK ",\"radius\":0"), INVALID, "/lights/0/radius", "from 1e-09"},
         {LIGHT(DISK ",\"radius\":1,\"up\":[1,0,0]"), INVALID, "/lights/0/up",
          "a disk light has none"},
         {LIGHT(SPOT ",\"width\":1"), INVALID, "/lights/0/width", "a spot light has none"},
