@@ -130,7 +130,8 @@ static bool trace_wide(struct tracer *tracer, const int (*pixels)[2])
     rt_packet_seek(packet, &wide->rays);
     const uint32_t empty = rt_packet_empty(packet);
     uint32_t met = 0;
-    if (samples > 1) /* which may see neighbouring triangles of one surface */
+    /* samples may see neighbouring triangles; f32 does not tell the sides of instances */
+    if (samples > 1 || tracer->job->scene->shapes.count)
         met = rt_wholes_meet(&tracer->batch, packet, &wide->rays, &wide->hits);
     struct rt_whole_sample whole = {
         .packet = packet, .rays = &wide->rays, .hits = &wide->hits, .lane = 0};
