@@ -154,7 +154,7 @@ class Scenes(support.ServiceTest):
         for scene in ("Dusk", "%231", "%23", "%23-1", "day", "%23184467440737095516160"):
             reply = self.daemon.post_scene(content, query="?scene=" + scene)
             self.assertEqual((400, "invalid_request"), (reply.status, reply.code), scene)
-            self.assertIn("the first is 'Day'", reply.json()["detail"])
+            self.assertIn("among its 1: 'Day'", reply.json()["detail"])
         for query in ("?scene=", "?scene=a%0Ab", "?scene=%FF", "?scene=" + 513 * "n"):
             self.assertEqual(400, self.daemon.post_scene(content, query=query).status, query)
         without = triangle_document("none")
