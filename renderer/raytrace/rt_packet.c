@@ -559,7 +559,7 @@ static bool is_among(const struct rt_candidate *known, int count,
                      const struct rt_candidate *candidate)
 {
     for (int k = 0; k < count; k++)
-        if (known[k].mesh == candidate->mesh && known[k].triangle == candidate->triangle)
+        if (rt_candidate_is_same(&known[k], candidate))
             return true;
     return false;
 }

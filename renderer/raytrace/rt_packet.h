@@ -41,6 +41,11 @@ struct rt_candidate { /* a triangle that Embree found on a ray */
     uint32_t meets; /* RT_MEETS_*; 0 of instances */
 };
 
+static inline bool rt_candidate_is_same(const struct rt_candidate *a, const struct rt_candidate *b)
+{
+    return a->mesh == b->mesh && a->triangle == b->triangle;
+}
+
 /* Makes one ray of a packet, the same that Embree was given in f32. */
 typedef void rt_packet_maker(const void *from, int lane, struct rt_ray *ray);
 

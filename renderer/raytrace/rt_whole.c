@@ -176,25 +176,45 @@ static struct rt_whole_group *open_group(struct rt_batch *batch, uint32_t mesh, 
     return group;
 }
 
-/* A surface of the group's mesh in the middle of a pixel's samples. */
+/* A surface of the group's mesh in a pixel. */
 struct member {
     int x, y;
     uint32_t triangle;
-    bool is_front;
     double *radiance;
 };
 
-/* The corners of its triangle are in their places. */
-static void add_member(const struct rt_batch *batch, struct rt_whole_group *group,
-                       const struct member *member, const struct sum *sum)
+/* Returns its lane. The corners of its triangle are the caller's to put there, and where in the
+ * triangle it is. */
+static int open_lane(const struct rt_batch *batch, struct rt_whole_group *group,
+                     const struct member *member)
 {
     const struct rt_mesh *mesh = &batch->desc.scene->meshes[group->mesh];
     const uint32_t *vertices = mesh->triangles + 3 * (size_t)member->triangle;
-    struct rt_wide *wide = &group->wide;
     const int i = group->count++;
     for (int c = 0; c < 3; c++)
         for (int k = 0; k < 3; k++)
-            wide->normals[c][k][i] = mesh->normals[3 * (size_t)vertices[c] + (size_t)k];
+            group->wide.normals[c][k][i] = mesh->normals[3 * (size_t)vertices[c] + (size_t)k];
+    group->x[i] = member->x;
+    group->y[i] = member->y;
+    group->triangles[i] = member->triangle;
+    group->radiance[i] = member->radiance;
+    return i;
+}
+
+static void put_corners(const struct rt_batch *batch, struct rt_whole_group *group, int lane)
+{
+    const double *corners[3];
+    double room[3][3];
+    rt_mesh_corners(&batch->desc.scene->meshes[group->mesh], group->triangles[lane], room, corners);
+    for (int c = 0; c < 3; c++)
+        for (int k = 0; k < 3; k++)
+            group->wide.corners[c][k][lane] = corners[c][k];
+}
+
+/* In the middle of the pixel's samples. */
+static void put_middle(struct rt_whole_group *group, int i, const struct sum *sum, bool is_front)
+{
+    struct rt_wide *wide = &group->wide;
     for (int k = 0; k < 3; k++) {
         wide->point[k][i] = sum->point[k];
         wide->direction[k][i] = sum->direction[k];
@@ -202,12 +222,15 @@ static void add_member(const struct rt_batch *batch, struct rt_whole_group *grou
     wide->u[i] = sum->u;
     wide->v[i] = sum->v;
     wide->count[i] = sum->count;
-    wide->side[i] = member->is_front ? 1 : -1;
+    wide->side[i] = is_front ? 1 : -1;
     group->sought[i] = 0;
-    group->x[i] = member->x;
-    group->y[i] = member->y;
-    group->triangles[i] = member->triangle;
-    group->radiance[i] = member->radiance;
+}
+
+/* What the group's surfaces cover and let through. */
+static void fill_layer(const struct rt_whole_group *group, struct rt_whole_layer *layer)
+{
+    layer->alpha = group->shading.alpha;
+    memcpy(layer->filter, group->shading.filter, sizeof layer->filter);
 }
 
 bool rt_wholes_take(struct rt_batch *batch, const struct rt_whole_sample *at)
@@ -231,11 +254,12 @@ bool rt_wholes_take(struct rt_batch *batch, const struct rt_whole_sample *at)
     pixel->split = 0;
     for (int s = 0; s < samples; s++)
         pixel->triangles[s] = ends[s].triangle;
+    const struct member member = {at->x, at->y, ends->triangle, pixel->radiance};
+    const int i = open_lane(batch, group, &member);
     for (int c = 0; c < 3; c++)
         for (int k = 0; k < 3; k++)
-            group->wide.corners[c][k][group->count] = at->hits->corners[c][k][lane];
-    const struct member member = {at->x, at->y, ends->triangle, pixel->is_front, pixel->radiance};
-    add_member(batch, group, &member, &sum);
+            group->wide.corners[c][k][i] = at->hits->corners[c][k][lane];
+    put_middle(group, i, &sum, pixel->is_front);
     return true;
 }
 
@@ -291,7 +315,7 @@ static bool sum_hits(const struct rt_batch *batch, const struct rt_whole_sample 
 {
     const struct rt_packet *packet = at->packet;
     const struct rt_hit *first = &packet->hits[at->lane].hits[number];
-    sum->count = 0;
+    *sum = (struct sum){0};
     for (int lane = at->lane; lane < at->lane + batch->desc.samples; lane++) {
         const struct rt_hit *hit = &packet->hits[lane].hits[number];
         if (hit->mesh != first->mesh || hit->is_front != first->is_front)
@@ -309,6 +333,7 @@ static bool are_alike(const struct rt_batch *batch, const struct rt_whole_sample
                       struct sum sums[LAYERS_MAX])
 {
     const struct rt_hits *first = &at->packet->hits[at->lane];
+    assert(batch->desc.samples > 0);
     if (first->count > LAYERS_MAX)
         return false;
     for (int s = 0; s < batch->desc.samples; s++) {
@@ -327,18 +352,12 @@ static void add_surface(struct rt_batch *batch, const struct rt_whole_pixel *pix
                         struct rt_whole_layer *layer, double *radiance)
 {
     struct rt_whole_group *group = open_group(batch, hit->mesh, hit->triangle);
-    const double *corners[3];
-    double room[3][3];
-    rt_mesh_corners(&batch->desc.scene->meshes[hit->mesh], hit->triangle, room, corners);
-    for (int c = 0; c < 3; c++)
-        for (int k = 0; k < 3; k++)
-            group->wide.corners[c][k][group->count] = corners[c][k];
-    if (layer) {
-        layer->alpha = group->shading.alpha;
-        memcpy(layer->filter, group->shading.filter, sizeof layer->filter);
-    }
-    const struct member member = {pixel->x, pixel->y, hit->triangle, hit->is_front, radiance};
-    add_member(batch, group, &member, sum);
+    const struct member member = {pixel->x, pixel->y, hit->triangle, radiance};
+    const int i = open_lane(batch, group, &member);
+    put_corners(batch, group, i);
+    put_middle(group, i, sum, hit->is_front);
+    if (layer)
+        fill_layer(group, layer);
 }
 
 bool rt_wholes_take_layers(struct rt_batch *batch, const struct rt_whole_sample *at)
@@ -374,42 +393,22 @@ static void add_met_triangle(struct rt_batch *batch, const struct rt_whole_sampl
                              const struct rt_candidate *met, struct rt_whole_layer *layer,
                              double *radiance)
 {
-    const struct rt_mesh *mesh = &batch->desc.scene->meshes[met->mesh];
     struct rt_whole_group *group = open_group(batch, met->mesh, met->triangle);
-    struct rt_wide *wide = &group->wide;
-    const uint32_t *vertices = mesh->triangles + 3 * (size_t)met->triangle;
-    const double *corners[3];
-    double room[3][3];
-    const int i = group->count++;
-    rt_mesh_corners(mesh, met->triangle, room, corners);
-    for (int c = 0; c < 3; c++)
-        for (int k = 0; k < 3; k++) {
-            wide->corners[c][k][i] = corners[c][k];
-            wide->normals[c][k][i] = mesh->normals[3 * (size_t)vertices[c] + (size_t)k];
-        }
+    const struct member member = {at->x, at->y, met->triangle, radiance};
+    const int i = open_lane(batch, group, &member);
+    put_corners(batch, group, i);
     for (int s = 0; s < batch->desc.samples; s++)
         for (int k = 0; k < 3; k++)
             group->ways[s][k][i] = at->rays->direction[k][at->lane + s];
-    wide->count[i] = batch->desc.samples;
+    group->wide.count[i] = batch->desc.samples;
     group->sought[i] = 1;
-    group->x[i] = at->x;
-    group->y[i] = at->y;
-    group->triangles[i] = met->triangle;
-    group->radiance[i] = radiance;
-    if (layer) {
-        layer->alpha = group->shading.alpha;
-        memcpy(layer->filter, group->shading.filter, sizeof layer->filter);
-    }
+    if (layer)
+        fill_layer(group, layer);
 }
 
 static bool may_be_layer(const struct rt_mesh *mesh, uint32_t meets)
 {
     return mesh->is_plain && (mesh->is_double_sided || (meets & RT_MEETS_FRONT));
-}
-
-static bool is_same_triangle(const struct rt_candidate *a, const struct rt_candidate *b)
-{
-    return a->mesh == b->mesh && a->triangle == b->triangle;
 }
 
 /* How many sheets all samples of a pixel see. -1: not the same, or they cannot be layers. */
@@ -427,11 +426,11 @@ static int count_sheets(const struct rt_batch *batch, const struct rt_whole_samp
             return -1;
     for (int s = 1; s < batch->desc.samples && count >= 0; s++) {
         const struct rt_candidate *own = packet->waiting[at->lane + s];
-        if ((ended && !is_same_triangle(end, &end[s])) ||
+        if ((ended && !rt_candidate_is_same(end, &end[s])) ||
             rt_packet_sheets(packet, at->rays, at->lane + s) != count)
             return -1;
         for (int i = 0; i < count; i++)
-            if (!is_same_triangle(&first[i], &own[i]))
+            if (!rt_candidate_is_same(&first[i], &own[i]))
                 return -1;
     }
     return count;
