@@ -13,6 +13,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "renderer/base/file_write.h"
+
 /* A draft is NAME.PID.draft: one process writes it, or tries it. */
 static const char SUFFIX[] = ".program", DRAFT[] = ".draft";
 
@@ -209,17 +211,6 @@ static bool read_all(int fd, void *bytes, size_t size_bytes)
     return true;
 }
 
-static bool write_all(int fd, const void *bytes, size_t size_bytes)
-{
-    for (size_t done = 0; done < size_bytes;) {
-        ssize_t put = write(fd, (const char *)bytes + done, size_bytes - done);
-        if (put < 0 && errno != EINTR)
-            return false;
-        done += put > 0 ? (size_t)put : 0;
-    }
-    return true;
-}
-
 /* Nothing that the file says is believed before it was checked. */
 static bool read_file(int fd, const struct program_store *store, struct content_key source,
                       struct program_binary *binary)
@@ -326,8 +317,8 @@ void program_store_write(struct program_store *store, struct content_key source,
         openat(store->folder_fd, draft, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
     if (fd < 0)
         return;
-    bool is_good =
-        write_all(fd, &header, sizeof header) && write_all(fd, binary->bytes, binary->size_bytes);
+    bool is_good = file_write_all(fd, &header, sizeof header) &&
+                   file_write_all(fd, binary->bytes, binary->size_bytes);
     is_good = close(fd) == 0 && is_good;
     remove_file(store, name); /* one that stood there is counted no more */
     if (!is_good || renameat(store->folder_fd, draft, store->folder_fd, name) != 0) {

@@ -5,9 +5,9 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "protocol/provenance_file.h"
+#include "renderer/base/file_write.h"
 #include "renderer/image/image_library.h"
 #include "renderer/image/jpeg_codec.h"
 #include "renderer/image/webp_codec.h"
@@ -97,18 +97,6 @@ static bool put_webp(void *context, const void *rows, int row_count, struct erro
     return true;
 }
 
-static bool write_all(int fd, const char *bytes, size_t size_bytes, struct error *err)
-{
-    while (size_bytes > 0) {
-        ssize_t written = write(fd, bytes, size_bytes);
-        if (written < 0 && errno != EINTR)
-            return error_set(err, ERROR_IO, "writing the picture: %s", strerror(errno));
-        bytes += written > 0 ? written : 0;
-        size_bytes -= written > 0 ? (size_t)written : 0;
-    }
-    return true;
-}
-
 static bool join_as_webp(const struct image_join_desc *desc, struct oiio_join *join,
                          const struct oiio_functions *library, struct error *err)
 {
@@ -121,7 +109,8 @@ static bool join_as_webp(const struct image_join_desc *desc, struct oiio_join *j
     join->to_rows = &rows;
     bool is_good = library->join(join, err) &&
                    image_encode(&picture.image, &how, &bytes, &size_bytes, err) &&
-                   write_all(desc->fd, bytes, size_bytes, err);
+                   (file_write_all(desc->fd, bytes, size_bytes) ||
+                    error_set(err, ERROR_IO, "writing the picture: %s", strerror(errno)));
     free(bytes);
     image_finish(&picture.image);
     return is_good;

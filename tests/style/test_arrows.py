@@ -53,7 +53,8 @@ ROOMS = {
 
     "renderer/base": "",
     "renderer/base/processor_forms.h": "",
-    "renderer/image": "renderer/base/processor_forms.h",
+    "renderer/base/file_write.h": "",
+    "renderer/image": "renderer/base/processor_forms.h renderer/base/file_write.h",
     "renderer/accuracy": "renderer/image",
     "renderer/environment": "renderer/image",
     "renderer/scene/scene_blob.h": "",
@@ -62,7 +63,7 @@ ROOMS = {
     "renderer/scene": "renderer/base renderer/image renderer/scene/scene_blob.h renderer/view.h",
     "renderer/import":
         "renderer/base renderer/image renderer/scene renderer/scene/scene_blob.h",
-    "renderer/gl": "renderer/base renderer/frame_report",
+    "renderer/gl": "renderer/base renderer/base/file_write.h renderer/frame_report",
     "renderer/textures": "renderer/base renderer/frame_report renderer/scene renderer/gl",
     "renderer/draw": "renderer/base renderer/scene renderer/gl renderer/textures",
     "renderer/window":
