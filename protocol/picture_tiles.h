@@ -12,6 +12,12 @@ struct picture_tiles {
     int columns, rows; /* powers of two */
 };
 
+/* Whether the picture is larger than what is rendered in one piece. */
+static inline bool picture_needs_tiles(int64_t width, int64_t height)
+{
+    return width > LIMIT_IMAGE_SIDE_PX || height > LIMIT_IMAGE_SIDE_PX;
+}
+
 /* Tiles of at most this size. */
 struct picture_tiles picture_tiles_make(int width, int height, int tile_width, int tile_height);
 

@@ -8,6 +8,7 @@
 
 #include "protocol/json_write.h"
 #include "protocol/limits.h"
+#include "protocol/picture_tiles.h"
 #include "protocol/provenance_file.h"
 #include "protocol/request_tree.h"
 
@@ -82,9 +83,8 @@ static json_int_t side_of_tiles(const json_t *request, const char *side)
 
 static void put_tiles(json_t *tree, const json_t *request)
 {
-    bool is_large = json_integer_value(json_object_get(request, "width")) > LIMIT_IMAGE_SIDE_PX ||
-                    json_integer_value(json_object_get(request, "height")) > LIMIT_IMAGE_SIDE_PX;
-    if (is_large)
+    if (picture_needs_tiles(json_integer_value(json_object_get(request, "width")),
+                            json_integer_value(json_object_get(request, "height"))))
         json_object_set_new(tree, "tiles",
                             json_pack("{s:I,s:I}", "width", side_of_tiles(request, "width"),
                                       "height", side_of_tiles(request, "height")));

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "protocol/limits.h"
+#include "protocol/picture_tiles.h"
 #include "protocol/request_parts.h"
 
 bool request_read_scene(const struct json_node *node, char scene[65])
@@ -451,8 +452,7 @@ static bool read_tile(const struct json_node *node, struct render_request *reque
 static bool check_size(const struct json_node *root, const struct render_request *request)
 {
     struct json_node width = json_member(root, "width"), height = json_member(root, "height");
-    if (request->tile.is_given ||
-        (request->width <= LIMIT_IMAGE_SIDE_PX && request->height <= LIMIT_IMAGE_SIDE_PX))
+    if (request->tile.is_given || !picture_needs_tiles(request->width, request->height))
         return true;
     return json_refuse(request->width > LIMIT_IMAGE_SIDE_PX ? &width : &height,
                        ERROR_INVALID_REQUEST,

@@ -6,19 +6,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "protocol/limits.h"
+#include "protocol/picture_tiles.h"
 
 enum { TILE_PX = 2048, POLL_MS = 500, PATH_BYTES = 128 };
 
-static bool is_longer(const json_t *request, const char *side)
-{
-    return json_integer_value(json_object_get(request, side)) > LIMIT_IMAGE_SIDE_PX;
-}
-
-bool picture_needs_tiles(const json_t *request)
+bool picture_is_by_tiles(const json_t *request)
 {
     return !json_is_object(json_object_get(request, "tile")) &&
-           (is_longer(request, "width") || is_longer(request, "height"));
+           picture_needs_tiles(json_integer_value(json_object_get(request, "width")),
+                               json_integer_value(json_object_get(request, "height")));
 }
 
 /* What a request says of its image and a view does not. */

@@ -9,7 +9,7 @@
 #include "clients/vitrail/session.h"
 
 /* Whether the request, a body of POST /v1/renders, asks for such a picture. */
-bool picture_needs_tiles(const json_t *request);
+bool picture_is_by_tiles(const json_t *request);
 
 /* Makes it, into `image`. tiles: their size as a job takes it; NULL: the client's own. Where the
  * call is interrupted, so is the job. */

@@ -109,7 +109,7 @@ static bool render_again(struct verify *verify, struct failure *failure)
 {
     struct output_file image = {0};
     struct http_reply reply = {0};
-    bool is_tiled = picture_needs_tiles(verify->request);
+    bool is_tiled = picture_is_by_tiles(verify->request);
     bool is_ok =
         output_file_open(&image, verify->place, failure) &&
         (is_tiled ? picture_make_by_tiles(verify->session, verify->request,
