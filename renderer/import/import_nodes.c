@@ -83,8 +83,9 @@ static bool refuse_scene(const struct gltf_document *document, const char *wante
 {
     char names[120] = "";
     size_t used = 0, i = 0;
-    for (; i < document->scene_count && used + 8 < sizeof names; i++) {
-        size_t room = sizeof names - used - sizeof ", ''" - sizeof ", ...";
+    const size_t around = sizeof ", ''" + sizeof ", ...";
+    for (; i < document->scene_count && used + around < sizeof names; i++) {
+        size_t room = sizeof names - used - around;
         used += (size_t)snprintf(names + used, sizeof names - used, "%s'%.*s'", i ? ", " : ": ",
                                  (int)(room < 40 ? room : 40), document->scenes[i].name);
     }
