@@ -58,16 +58,13 @@ static bool open_scene(struct rig_scene *rig, struct renderer *renderer, struct 
     static const struct glb_material_desc dull = {
         .name = "Wall", .base_color = {0.6f, 0.6f, 0.6f, 1}, .roughness = 1};
     struct glb_builder *builder = glb_builder_create("Close-up", err);
-    void *glb = NULL;
-    size_t bytes = 0;
     if (!builder)
         return false;
     builder_add_box(builder, &dull, (const double[]){-6, -4, -6.1}, (const double[]){6, 4, -6});
-    bool ok = add_layers(builder, err) && glb_builder_finish(builder, &glb, &bytes, err) &&
-              rig_scene_from_glb(rig, renderer, "close-up", glb, bytes, err);
+    if (add_layers(builder, err))
+        return rig_scene_from_builder(rig, renderer, "close-up", builder, err);
     glb_builder_destroy(builder);
-    free(glb);
-    return ok;
+    return false;
 }
 
 /* In a ring around the way of the camera, towards its middle. */
@@ -162,13 +159,9 @@ static bool run_lights(struct bench *bench, const struct rig_scene *rig, int cou
         [WALKED] = {.name = "a walk per step", .view = ours, .moves_camera = true}};
     walk_each_step(&variants[WALKED].view);
     bool ok = frames_run(bench, rig, variants, VARIANTS, err);
+    if (ok)
+        frames_tell(bench, "close-up", subject, variants, VARIANTS);
     for (int i = 0; ok && i < VARIANTS; i++) {
-        bench_result(bench, &(struct result){.scene = "close-up",
-                                             .subject = subject,
-                                             .variant = variants[i].name,
-                                             .width = size[0],
-                                             .height = size[1],
-                                             .measurement = &variants[i].measurement});
         frames_print_split(bench, &variants[i]);
         ok = count_steps(rig, &variants[i].view, &steps[i], err);
     }

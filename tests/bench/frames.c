@@ -97,6 +97,18 @@ void frames_print_split(const struct bench *bench, const struct frame_variant *v
            samples_summary(&m->wall_ms).median);
 }
 
+void frames_tell(struct bench *bench, const char *scene, const char *subject,
+                 const struct frame_variant *variants, int count)
+{
+    for (int i = 0; i < count; i++)
+        bench_result(bench, &(struct result){.scene = scene,
+                                             .subject = subject,
+                                             .variant = variants[i].name,
+                                             .width = variants[i].view.width_px,
+                                             .height = variants[i].view.height_px,
+                                             .measurement = &variants[i].measurement});
+}
+
 void frames_finish(struct frame_variant *variants, size_t count)
 {
     for (size_t i = 0; i < count; i++)

@@ -22,6 +22,9 @@ struct frame_variant {
 /* Fills the measurements. */
 MUST_CHECK bool frames_run(struct bench *bench, const struct rig_scene *scene,
                            struct frame_variant *variants, size_t count, struct error *err);
+/* States the measurements, each as a result of its variant. */
+void frames_tell(struct bench *bench, const char *scene, const char *subject,
+                 const struct frame_variant *variants, int count);
 /* The variant's passes, as a table; not with --json. */
 void frames_print_split(const struct bench *bench, const struct frame_variant *variant);
 void frames_finish(struct frame_variant *variants, size_t count);

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "glb/demo_scene.h"
+#include "glb/shapes.h"
 #include "tests/support/light_scene.h"
 
 #define SPONZA_PATH "Sponza/glTF/Sponza.gltf"
@@ -79,6 +80,25 @@ static bool open_sponza(struct bench_scene *scene, struct renderer *renderer, st
                                       .inner_cone_deg = 30,
                                       .outer_cone_deg = 45};
     return true;
+}
+
+bool bench_spheres_open(struct rig_scene *rig, struct renderer *renderer, int stacks,
+                        struct error *err)
+{
+    struct shape shape = {0};
+    struct glb_builder *builder = glb_builder_create("Spheres", err);
+    if (!builder)
+        return false;
+    int gray = glb_builder_add_material(
+        builder, &(struct glb_material_desc){.base_color = {0.5, 0.5, 0.5, 1}, .roughness = 1});
+    for (int i = 0; i < SPHERES_SIDE * SPHERES_SIDE; i++) {
+        double x = i % SPHERES_SIDE - 4.5, z = i / SPHERES_SIDE - 4.5;
+        shape_add_sphere(&shape, (double[]){x, 0.6 + 0.1 * (i % 7), z}, 0.35, 2 * stacks, stacks);
+    }
+    shape_add_quad(&shape, (double[]){-9, 0, -9}, (double[]){0, 0, 18}, (double[]){18, 0, 0});
+    int mesh = shape_give_mesh(&shape, builder, "Spheres", gray);
+    glb_builder_add_node(builder, &(struct glb_node_desc){.name = "Spheres", .mesh = mesh});
+    return rig_scene_from_builder(rig, renderer, "spheres", builder, err);
 }
 
 void bench_scene_close(struct bench_scene *scene, struct renderer *renderer)

@@ -22,6 +22,11 @@ struct bench_scene {
 /* Opens the demo scene. */
 MUST_CHECK bool bench_demo_open(struct bench_scene *scene, struct renderer *renderer,
                                 struct error *err);
+/* Opens 100 spheres over a floor, as in Lexolights (`silhouettes`, `finders`). stacks: of a sphere,
+ * which has 4 n (n - 1) triangles. */
+enum { SPHERES_SIDE = 10 };
+MUST_CHECK bool bench_spheres_open(struct rig_scene *rig, struct renderer *renderer, int stacks,
+                                   struct error *err);
 void bench_scene_close(struct bench_scene *scene, struct renderer *renderer);
 
 /* Runs for each scene that the options want and this machine has; --quick wants the demo only. */

@@ -57,8 +57,6 @@ static bool open_scene(struct bench *bench, const struct area_scene *scene, stru
                        struct error *err)
 {
     struct shape casters = {0}, floor = {0};
-    void *glb = NULL;
-    size_t size_bytes;
     struct glb_builder *builder = glb_builder_create("Area", err);
     if (!builder)
         return false;
@@ -68,11 +66,7 @@ static bool open_scene(struct bench *bench, const struct area_scene *scene, stru
     shape_add_quad(&floor, (double[]){-9, 0, -9}, (double[]){0, 0, 18}, (double[]){18, 0, 0});
     add_part(builder, &casters, "Casters", gray);
     add_part(builder, &floor, "Floor", gray);
-    bool ok = glb_builder_finish(builder, &glb, &size_bytes, err);
-    glb_builder_destroy(builder);
-    ok = ok && rig_scene_from_glb(rig, bench_renderer(bench), scene->name, glb, size_bytes, err);
-    free(glb);
-    return ok;
+    return rig_scene_from_builder(rig, bench_renderer(bench), scene->name, builder, err);
 }
 
 static const struct view_node_override moved = {

@@ -25,18 +25,6 @@ static struct view lit_view(const struct bench_scene *scene, const int size[2], 
     return view;
 }
 
-static void state_frames(struct bench *bench, const struct bench_scene *scene, const char *subject,
-                         const int size[2], const struct frame_variant *variants, int count)
-{
-    for (int i = 0; i < count; i++)
-        bench_result(bench, &(struct result){.scene = scene->name,
-                                             .subject = subject,
-                                             .variant = variants[i].name,
-                                             .width = size[0],
-                                             .height = size[1],
-                                             .measurement = &variants[i].measurement});
-}
-
 static double median_cpu_ms(const struct frame_variant *variant)
 {
     return samples_summary(&variant->measurement.cpu_ms).median;
@@ -70,7 +58,7 @@ static bool run_rasterised(struct bench *bench, const struct bench_scene *scene,
         variants[i].moves_camera = true; /* else nothing would be lit anew */
     bool ok = frames_run(bench, &scene->rig, variants, RASTERISED, err);
     if (ok) {
-        state_frames(bench, scene, "rasterised", size, variants, RASTERISED);
+        frames_tell(bench, scene->name, "rasterised", variants, RASTERISED);
         state_ratio(bench, scene, "cpu with / without", &variants[WITH], &variants[WITHOUT], 1.3);
         state_ratio(bench, scene, "cpu with visibility / without", &variants[VISIBLE],
                     &variants[WITHOUT], 0);
@@ -102,7 +90,7 @@ static bool run_traced(struct bench *bench, const struct bench_scene *scene, str
     if (ok) {
         double more_ms =
             median_cpu_ms(&variants[TRACED_MANY]) - median_cpu_ms(&variants[TRACED_FEW]);
-        state_frames(bench, scene, "ray traced", size, variants, TRACED);
+        frames_tell(bench, scene->name, "ray traced", variants, TRACED);
         bench_check(bench, &(struct check){.scene = scene->name,
                                            .subject = "ray traced",
                                            .name = "cpu ns per pixel and sample",

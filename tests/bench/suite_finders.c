@@ -12,9 +12,10 @@
 #include "renderer/cost/technique_forecast.h"
 #include "renderer/frame/calibrate.h"
 #include "tests/bench/forecasts.h"
+#include "tests/bench/scenes.h"
 #include "tests/support/generated_scene.h"
 
-enum { SEEDS = 12, SEEDS_QUICK = 1, SEED_OF_FIT = 2000, LIGHTS = 4, SIDE = 10 };
+enum { SEEDS = 12, SEEDS_QUICK = 1, SEED_OF_FIT = 2000, LIGHTS = 4 };
 
 static const struct technique {
     const char *name;
@@ -101,32 +102,6 @@ static bool run_generated(struct bench *bench, uint64_t seed, const struct devic
     return ok;
 }
 
-/* Those of Lexolights over a floor, as in `silhouettes`; stacks: of a sphere, which has 4 n (n - 1)
- * triangles. */
-static bool open_spheres(struct bench *bench, struct rig_scene *rig, int stacks, struct error *err)
-{
-    struct shape shape = {0};
-    void *glb = NULL;
-    size_t size_bytes;
-    struct glb_builder *builder = glb_builder_create("Spheres", err);
-    if (!builder)
-        return false;
-    int gray = glb_builder_add_material(
-        builder, &(struct glb_material_desc){.base_color = {0.5, 0.5, 0.5, 1}, .roughness = 1});
-    for (int i = 0; i < SIDE * SIDE; i++)
-        shape_add_sphere(&shape,
-                         (double[]){(i % SIDE) - 4.5, 0.6 + 0.1 * (i % 7), (i / SIDE) - 4.5}, 0.35,
-                         2 * stacks, stacks);
-    shape_add_quad(&shape, (double[]){-9, 0, -9}, (double[]){0, 0, 18}, (double[]){18, 0, 0});
-    int mesh = shape_give_mesh(&shape, builder, "Spheres", gray);
-    glb_builder_add_node(builder, &(struct glb_node_desc){.name = "Spheres", .mesh = mesh});
-    bool ok = glb_builder_finish(builder, &glb, &size_bytes, err);
-    glb_builder_destroy(builder);
-    ok = ok && rig_scene_from_glb(rig, bench_renderer(bench), "spheres", glb, size_bytes, err);
-    free(glb);
-    return ok;
-}
-
 static bool run_spheres(struct bench *bench, int stacks, int lights,
                         const struct device_speed *speed, struct samples off[TECHNIQUES],
                         struct error *err)
@@ -151,7 +126,7 @@ static bool run_spheres(struct bench *bench, int stacks, int lights,
                               .ignore_scene_lights = true,
                               .quality = {.samples = 1}};
     snprintf(name, sizeof name, "spheres of %d, %d lights", 4 * stacks * (stacks - 1), lights);
-    bool ok = open_spheres(bench, &rig, stacks, err) &&
+    bool ok = bench_spheres_open(&rig, bench_renderer(bench), stacks, err) &&
               run_techniques(bench, name, &rig, &view, speed, off, err);
     rig_scene_finish(&rig, bench_renderer(bench));
     return ok;

@@ -347,13 +347,8 @@ static bool run_frames(struct bench *bench, const struct bench_scene *scene, int
         v[i].view.quality.shadow_resolution = 1024;
     }
     bool ok = frames_run(bench, &scene->rig, v, VARIANTS, err);
-    for (int i = 0; ok && i < VARIANTS; i++)
-        bench_result(bench, &(struct result){.scene = scene->name,
-                                             .subject = subject,
-                                             .variant = v[i].name,
-                                             .width = size[0],
-                                             .height = size[1],
-                                             .measurement = &v[i].measurement});
+    if (ok)
+        frames_tell(bench, scene->name, subject, v, VARIANTS);
     for (int i = 1; ok && i < VARIANTS; i++) {
         char name[64];
         snprintf(name, sizeof name, "frame cpu raytraced / %s", v[i].name);

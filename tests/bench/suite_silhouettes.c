@@ -15,10 +15,11 @@
 
 #include "glb/shapes.h"
 #include "tests/bench/frames.h"
+#include "tests/bench/scenes.h"
 #include "tests/support/light_scene.h"
 
 /* Volumes of single triangles, the last two, take too long for more than the first count. */
-enum { WAYS = 10, WAYS_OF_MANY = 6, DEFAULT_WAY = 2, COUNTS = 5, SIDE = 10, RESOLUTION = 2048 };
+enum { WAYS = 10, WAYS_OF_MANY = 6, DEFAULT_WAY = 2, COUNTS = 5, RESOLUTION = 2048 };
 enum { WAYS_OF_LARGE = 4, TRIANGLES_OF_LARGE = 1000000 };
 
 #define SPONZA_PATH "SponzaDracoNoTextures/sponza_no_textures.optimized.glb"
@@ -45,30 +46,6 @@ static const struct way {
 
 static const struct view_light lamp = {
     .type = SCENE_LIGHT_POINT, .position = {3, 9, 2}, .color = {1, 1, 1}, .intensity = 300};
-
-static bool open_scene(struct bench *bench, struct rig_scene *rig, int stacks, struct error *err)
-{
-    struct shape shape = {0};
-    void *glb = NULL;
-    size_t size_bytes;
-    struct glb_builder *builder = glb_builder_create("Spheres", err);
-    if (!builder)
-        return false;
-    int gray = glb_builder_add_material(
-        builder, &(struct glb_material_desc){.base_color = {0.5, 0.5, 0.5, 1}, .roughness = 1});
-    for (int i = 0; i < SIDE * SIDE; i++)
-        shape_add_sphere(&shape,
-                         (double[]){(i % SIDE) - 4.5, 0.6 + 0.1 * (i % 7), (i / SIDE) - 4.5}, 0.35,
-                         2 * stacks, stacks);
-    shape_add_quad(&shape, (double[]){-9, 0, -9}, (double[]){0, 0, 18}, (double[]){18, 0, 0});
-    int mesh = shape_give_mesh(&shape, builder, "Spheres", gray);
-    glb_builder_add_node(builder, &(struct glb_node_desc){.name = "Spheres", .mesh = mesh});
-    bool ok = glb_builder_finish(builder, &glb, &size_bytes, err);
-    glb_builder_destroy(builder);
-    ok = ok && rig_scene_from_glb(rig, bench_renderer(bench), "spheres", glb, size_bytes, err);
-    free(glb);
-    return ok;
-}
 
 static struct view view_of(const struct bench *bench, const struct way *way, const int size[2])
 {
@@ -126,12 +103,14 @@ static bool run_count(struct bench *bench, int at, int stacks, double (*totals)[
     int size[2], count = at ? WAYS_OF_MANY : WAYS;
     char subject[32];
     bench_size(bench, 320, 240, size);
-    snprintf(subject, sizeof subject, "%d triangles", SIDE * SIDE * 4 * stacks * (stacks - 1) + 2);
+    snprintf(subject, sizeof subject, "%d triangles",
+             SPHERES_SIDE * SPHERES_SIDE * 4 * stacks * (stacks - 1) + 2);
     for (int i = 0; i < count; i++)
         variants[i] = (struct frame_variant){.name = ways[i].name,
                                              .view = view_of(bench, &ways[i], size),
                                              .rebuilds_shadows = ways[i].technique == SHADOWS_MAP};
-    bool ok = open_scene(bench, &rig, stacks, err) && frames_run(bench, &rig, variants, count, err);
+    bool ok = bench_spheres_open(&rig, bench_renderer(bench), stacks, err) &&
+              frames_run(bench, &rig, variants, count, err);
     for (int i = 0; ok && i < count; i++) {
         tell(bench, "spheres", subject, size, &variants[i]);
         totals[i][at] = samples_summary(&variants[i].measurement.cpu_ms).median;
@@ -150,11 +129,9 @@ static bool run_count(struct bench *bench, int at, int stacks, double (*totals)[
 static bool open_objects(struct bench *bench, struct rig_scene *rig, int objects, int stacks,
                          struct error *err)
 {
-    void *glb = NULL;
-    size_t size_bytes;
     struct shape ball = {0}, floor = {0};
     int side = (int)ceil(sqrt(objects));
-    double cell = (double)SIDE / side;
+    double cell = (double)SPHERES_SIDE / side;
     struct glb_builder *builder = glb_builder_create("Spheres", err);
     if (!builder)
         return false;
@@ -166,17 +143,14 @@ static bool open_objects(struct bench *bench, struct rig_scene *rig, int objects
     int ground = shape_give_mesh(&floor, builder, "Floor", gray);
     for (int i = 0; i < objects; i++)
         glb_builder_add_node(
-            builder, &(struct glb_node_desc){
-                         .mesh = mesh,
-                         .translation = {cell * (i % side + 0.5) - SIDE / 2.0, 0.6 + 0.1 * (i % 7),
-                                         cell * (i / side + 0.5) - SIDE / 2.0},
-                     });
+            builder,
+            &(struct glb_node_desc){
+                .mesh = mesh,
+                .translation = {cell * (i % side + 0.5) - SPHERES_SIDE / 2.0, 0.6 + 0.1 * (i % 7),
+                                cell * (i / side + 0.5) - SPHERES_SIDE / 2.0},
+            });
     glb_builder_add_node(builder, &(struct glb_node_desc){.name = "Floor", .mesh = ground});
-    bool ok = glb_builder_finish(builder, &glb, &size_bytes, err);
-    glb_builder_destroy(builder);
-    ok = ok && rig_scene_from_glb(rig, bench_renderer(bench), "objects", glb, size_bytes, err);
-    free(glb);
-    return ok;
+    return rig_scene_from_builder(rig, bench_renderer(bench), "objects", builder, err);
 }
 
 /* Maps, volumes and rays; what a technique refuses is told, and the others go on. */
@@ -214,7 +188,7 @@ static int stacks_of(int triangles, int objects)
 static bool run_objects(struct bench *bench, struct error *err)
 {
     const struct bench_options *options = &bench->options;
-    int objects = options->objects ? options->objects : SIDE * SIDE, size[2];
+    int objects = options->objects ? options->objects : SPHERES_SIDE * SPHERES_SIDE, size[2];
     int stacks = stacks_of(options->triangles ? options->triangles : TRIANGLES_OF_LARGE, objects);
     struct rig_scene rig = {0};
     struct view_light spot = lamp;
@@ -272,7 +246,7 @@ bool suite_silhouettes(struct bench *bench, struct error *err)
     bool is_quick = bench->options.is_quick;
     const int *counts = is_quick ? quick_counts : stack_counts;
     for (int i = 0; i < (is_quick ? 2 : COUNTS); i++) {
-        triangles[i] = SIDE * SIDE * 4.0 * counts[i] * (counts[i] - 1);
+        triangles[i] = SPHERES_SIDE * SPHERES_SIDE * 4.0 * counts[i] * (counts[i] - 1);
         if (!run_count(bench, i, counts[i], totals, err))
             return false;
     }

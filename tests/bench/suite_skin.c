@@ -123,15 +123,10 @@ static bool run_frames(struct bench *bench, const struct rig_scene *rig, const c
     bool ok = true;
     for (int i = 0; ok && i < VARIANTS; i++)
         ok = frames_run(bench, rig, &variants[i], 1, err);
-    for (int i = 0; ok && i < VARIANTS; i++)
-        bench_result(bench, &(struct result){.scene = "figure",
-                                             .subject = subject,
-                                             .variant = variants[i].name,
-                                             .width = size[0],
-                                             .height = size[1],
-                                             .measurement = &variants[i].measurement});
-    if (ok)
+    if (ok) {
+        frames_tell(bench, "figure", subject, variants, VARIANTS);
         state_cost(bench, subject, variants);
+    }
     frames_finish(variants, VARIANTS);
     return ok;
 }

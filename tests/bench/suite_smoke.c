@@ -38,17 +38,11 @@ static double median_cpu_ms(const struct frame_variant *variant)
 }
 
 static void state(struct bench *bench, const struct bench_scene *scene, const char *subject,
-                  const int size[2], const struct frame_variant variants[VARIANTS])
+                  const struct frame_variant variants[VARIANTS])
 {
-    for (int i = 0; i < VARIANTS; i++) {
-        bench_result(bench, &(struct result){.scene = scene->name,
-                                             .subject = subject,
-                                             .variant = variants[i].name,
-                                             .width = size[0],
-                                             .height = size[1],
-                                             .measurement = &variants[i].measurement});
+    frames_tell(bench, scene->name, subject, variants, VARIANTS);
+    for (int i = 0; i < VARIANTS; i++)
         frames_print_split(bench, &variants[i]);
-    }
     for (int i = WITH; i < VARIANTS; i++) {
         char name[64];
         snprintf(name, sizeof name, "cpu %s / without", variants[i].name);
@@ -79,7 +73,7 @@ static bool run_frames(struct bench *bench, const struct bench_scene *scene,
         variants[i].moves_camera = true; /* else surfaces would stand */
     bool ok = frames_run(bench, &scene->rig, variants, VARIANTS, err);
     if (ok)
-        state(bench, scene, shadow_technique_name((int)shadows), size, variants);
+        state(bench, scene, shadow_technique_name((int)shadows), variants);
     frames_finish(variants, VARIANTS);
     return ok;
 }

@@ -84,18 +84,12 @@ static void add_quads(struct glb_builder *builder, uint64_t *seed, int count)
 static bool open_scene(struct bench *bench, struct rig_scene *rig, int quads, struct error *err)
 {
     uint64_t seed = 2023;
-    void *glb = NULL;
-    size_t size_bytes;
     struct glb_builder *builder = glb_builder_create("Techniques", err);
     if (!builder)
         return false;
     add_spheres(builder, &seed);
     add_quads(builder, &seed, quads);
-    bool ok = glb_builder_finish(builder, &glb, &size_bytes, err);
-    glb_builder_destroy(builder);
-    ok = ok && rig_scene_from_glb(rig, bench_renderer(bench), "techniques", glb, size_bytes, err);
-    free(glb);
-    return ok;
+    return rig_scene_from_builder(rig, bench_renderer(bench), "techniques", builder, err);
 }
 
 static struct view view_of(int technique, const int size[2])

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "glb/glb_builder.h"
 #include "renderer/base/matrix.h"
 #include "renderer/image/tone_map.h"
 #include "renderer/scene/camera.h"
@@ -71,6 +72,18 @@ bool rig_scene_from_glb(struct rig_scene *scene, struct renderer *renderer, cons
     *scene = (struct rig_scene){0};
     return imported_scene_init(&scene->imported, &file, 1, err) &&
            attach(scene, renderer, key, err);
+}
+
+bool rig_scene_from_builder(struct rig_scene *scene, struct renderer *renderer, const char *key,
+                            struct glb_builder *builder, struct error *err)
+{
+    void *glb = NULL;
+    size_t size_bytes;
+    bool ok = glb_builder_finish(builder, &glb, &size_bytes, err);
+    glb_builder_destroy(builder);
+    ok = ok && rig_scene_from_glb(scene, renderer, key, glb, size_bytes, err);
+    free(glb);
+    return ok;
 }
 
 bool rig_scene_from_asset(struct rig_scene *scene, struct renderer *renderer, const char *path,

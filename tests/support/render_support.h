@@ -8,6 +8,8 @@
 #include "renderer/renderer.h"
 #include "tests/support/import_support.h"
 
+struct glb_builder;
+
 /* A strict renderer (a GL error aborts). Exits the test program with 77 when the machine has no GL
  * device. */
 struct renderer *render_rig_create(void);
@@ -29,6 +31,10 @@ struct rig_scene {
 MUST_CHECK bool rig_scene_from_glb(struct rig_scene *scene, struct renderer *renderer,
                                    const char *key, const void *glb, size_t size_bytes,
                                    struct error *err);
+/* builder: taken, and destroyed whatever becomes of it. */
+MUST_CHECK bool rig_scene_from_builder(struct rig_scene *scene, struct renderer *renderer,
+                                       const char *key, struct glb_builder *builder,
+                                       struct error *err);
 /* A path below the asset folder; see imported_asset_load. */
 MUST_CHECK bool rig_scene_from_asset(struct rig_scene *scene, struct renderer *renderer,
                                      const char *path, struct error *err);
