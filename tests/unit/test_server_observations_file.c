@@ -192,7 +192,8 @@ static void a_lesson_keeps_its_bits_and_bad_ones_are_none(void **state)
                                                       .is_left_out = i % 2,
                                                       .view = UINT64_MAX - (uint64_t)i};
     lesson.frame = lesson.frames[SHADOWS_RAYTRACED];
-    char *text = json_dumps(lesson_to_json(&lesson), JSON_COMPACT);
+    json_t *written = lesson_to_json(&lesson);
+    char *text = json_dumps(written, JSON_COMPACT);
     json_t *json = json_loads(text, 0, NULL);
     assert_true(lesson_from_json(json, &read));
     assert_true(read.alone_ms == lesson.alone_ms && read.is_timed);
@@ -210,6 +211,7 @@ static void a_lesson_keeps_its_bits_and_bad_ones_are_none(void **state)
     assert_false(lesson_from_json(json, &read));
     assert_false(lesson_from_json(NULL, &read));
     json_decref(json);
+    json_decref(written);
     free(text);
 }
 
