@@ -76,17 +76,6 @@ static bool is_plain_end(const struct rt_packet *packet,
     return along < 0 && along * along > 1e-8 * square;
 }
 
-static const float LEANING = 1e-4f, STEEP = 0.05f, BORDER = 1e-3f; /* cosines; share of a side */
-
-/* along: the product of normal and direction; square: of their lengths' squares. */
-INSIDE_FORMS uint32_t meets(float along, float square)
-{
-    uint32_t front = along < 0 ? RT_MEETS_FRONT : 0;
-    uint32_t leaning = along * along > LEANING * LEANING * square ? RT_MEETS_LEANING : 0;
-    uint32_t steep = along * along > STEEP * STEEP * square ? RT_MEETS_STEEP : 0;
-    return front | leaning | steep;
-}
-
 /* Of the mesh, not of the normal that Embree has. */
 static uint32_t meets_mesh(const struct rt_mesh *mesh, uint32_t meets)
 {
@@ -105,8 +94,7 @@ static uint32_t meets_lane(const struct RTCFilterFunctionNArguments *args, unsig
         normal += n * n;
         way += d * d;
     }
-    const bool is_inside = (u > BORDER) & (v > BORDER) & (u + v < 1 - BORDER);
-    return meets(along, normal * way) | (is_inside ? RT_MEETS_INSIDE : 0);
+    return rt_meets(along, normal * way) | rt_meets_inside(u, v);
 }
 
 /* Keeps a transparent candidate for when the ray's end is known: most rays of a shadow end at an
@@ -136,6 +124,7 @@ static bool filter_lane(struct rt_packet *packet, const struct RTCFilterFunction
     if (mesh->is_sheet)
         candidate.meets = meets_mesh(mesh, meets_lane(args, i));
     packet->used |= 1u << lane;
+    packet->single |= 1u << lane;
     if (mesh->class_ == STATE_TRANSPARENT && put_aside(packet, lane, &candidate))
         return false;
     if (mesh->class_ == STATE_OPAQUE &&
@@ -164,8 +153,16 @@ static uint32_t valid_lanes(const int *valid, unsigned n)
 /* Lanes are known by their ray id, because Embree also filters parts of a packet. */
 static void filter_lanes(const struct RTCFilterFunctionNArguments *args)
 {
-    struct rt_packet *packet = ((struct packet_context *)embree_context_of(args))->packet;
-    for (uint32_t lanes = valid_lanes(args->valid, args->N); lanes; lanes &= lanes - 1) {
+    const struct packet_context *context = (struct packet_context *)embree_context_of(args);
+    struct rt_packet *packet = context->packet;
+    uint32_t lanes = valid_lanes(args->valid, args->N);
+    if (lanes && rt_crossings_keep(packet->crossings, packet->scene, args, lanes, context->first)) {
+        packet->used |= lanes << context->first;
+        for (unsigned i = 0; i < args->N; i++)
+            args->valid[i] = 0;
+        return;
+    }
+    for (; lanes; lanes &= lanes - 1) {
         unsigned i = (unsigned)__builtin_ctz(lanes);
         args->valid[i] = filter_lane(packet, args, i) ? -1 : 0;
     }
@@ -185,13 +182,15 @@ bool rt_packet_init(struct rt_packet *packet, const struct rt_scene *scene, stru
                                                                        page */
     struct rt_hit *hits = aligned_alloc(64, RT_LANES * per_lane * sizeof *hits);
     packet->query = aligned_alloc(64, sizeof *packet->query);
+    packet->crossings = aligned_alloc(64, sizeof *packet->crossings);
     packet->hits[0].hits = hits;
-    if (!hits || !packet->query)
+    if (!hits || !packet->query || !packet->crossings)
         return error_set(err, ERROR_NO_MEMORY, "hits of a packet of rays");
     packet->scene = scene;
     for (size_t i = 0; i < RT_LANES; i++)
         packet->hits[i].hits = hits + i * per_lane;
     memset(packet->query, 0, sizeof *packet->query);
+    memset(packet->crossings, 0, sizeof *packet->crossings);
     packet->query->width = scene->lanes == 8 ? 8 : RT_LANES;
     for (unsigned i = 0; i < packet->query->width; i++) {
         packet->query->words[RT_RAY_MASK * packet->query->width + i] = UINT32_MAX;
@@ -204,7 +203,9 @@ void rt_packet_finish(struct rt_packet *packet)
 {
     free(packet->hits[0].hits);
     free(packet->query);
+    free(packet->crossings);
     packet->query = NULL;
+    packet->crossings = NULL;
     memset(packet->hits, 0, sizeof packet->hits);
 }
 
@@ -299,10 +300,7 @@ static struct RTCRay lane_ray(const struct rt_query *query, unsigned lane)
                            .id = lane};
 }
 
-enum {
-    WARY_RAYS = 128,
-    CLEAR_NUDGES = 160, /* of rt_scene.nudge_m, at an angle that is STEEP */
-};
+enum { WARY_RAYS = 128 };
 
 static void forget_hits(struct rt_packet *packet)
 {
@@ -312,7 +310,8 @@ static void forget_hits(struct rt_packet *packet)
         packet->hits[i].has_overflowed = false;
         packet->waiting_counts[i] = 0;
     }
-    packet->used = packet->ended = 0;
+    packet->used = packet->ended = packet->single = 0;
+    packet->crossings->count = 0;
 }
 
 /* Adds what waits on a ray, but for what lies behind its end at t in f32. */
@@ -325,6 +324,21 @@ static void add_waiting(struct rt_packet *packet, int lane, float end)
             rt_scene_add_hit(packet->scene, rt_packet_ray(packet, lane), candidate->mesh,
                              candidate->triangle, &packet->hits[lane]);
     }
+}
+
+void rt_packet_spread(struct rt_packet *packet, uint32_t lanes)
+{
+    const struct rt_crossing *crossing = packet->crossings->crossings;
+    for (int c = 0; c < packet->crossings->count; c++, crossing++)
+        for (uint32_t left = lanes & packet->used; left; left &= left - 1) {
+            const int i = __builtin_ctz(left);
+            const struct rt_candidate candidate = {crossing->t[i], crossing->mesh,
+                                                   crossing->triangle, crossing->meets[i]};
+            if (candidate.t < INFINITY && !put_aside(packet, (uint32_t)i, &candidate))
+                rt_scene_add_hit(packet->scene, rt_packet_ray(packet, i), crossing->mesh,
+                                 crossing->triangle, &packet->hits[i]);
+        }
+    packet->crossings->count = 0;
 }
 
 static bool is_kept(const struct rt_hits *hits, uint32_t mesh, uint32_t triangle)
@@ -385,7 +399,7 @@ INSIDE_FORMS void find_meets(const float *floats, unsigned width, uint32_t *foun
             normal += n * n;
             way += d * d;
         }
-        found[i] = meets(along, normal * way);
+        found[i] = rt_meets(along, normal * way);
     }
 }
 
@@ -467,6 +481,7 @@ void rt_packet_collect(struct rt_packet *packet)
     bool is_filtering_all = filters_all(packet), has_passed = false;
     packet->made = UINT32_MAX;
     intersect(packet, NULL, is_filtering_all);
+    rt_packet_spread(packet, UINT32_MAX);
     packet->wary -= packet->wary < packet->count ? packet->wary : packet->count;
     for (int i = 0; i < packet->count; i++) {
         if (finish_ray(packet, i))
@@ -548,11 +563,14 @@ static void collect_filters(struct rt_packet *packet, int lane)
 
 void rt_packet_occlude(struct rt_packet *packet)
 {
+    uint32_t lanes = 0;
     packet->made = UINT32_MAX;
     occlude(packet, NULL, 0);
     for (int i = 0; i < packet->count; i++)
-        if (!packet->is_occluded[i])
-            collect_filters(packet, i);
+        lanes |= (uint32_t)!packet->is_occluded[i] << i;
+    rt_packet_spread(packet, lanes);
+    for (; lanes; lanes &= lanes - 1)
+        collect_filters(packet, __builtin_ctz(lanes));
 }
 
 static bool is_among(const struct rt_candidate *known, int count,
@@ -566,8 +584,7 @@ static bool is_among(const struct rt_candidate *known, int count,
 
 static bool is_sheet_clear(const struct rt_candidate *candidate)
 {
-    return (candidate->meets & (RT_MEETS_STEEP | RT_MEETS_INSIDE)) ==
-           (RT_MEETS_STEEP | RT_MEETS_INSIDE);
+    return (candidate->meets & RT_MEETS_CLEARLY) == RT_MEETS_CLEARLY;
 }
 
 /* Puts what waits on a ray in order, each triangle once. Returns how many lie before t_max; -1
@@ -575,7 +592,7 @@ static bool is_sheet_clear(const struct rt_candidate *candidate)
 static int order_sheets(struct rt_packet *packet, int lane, double t_min, double t_max)
 {
     struct rt_candidate *waiting = packet->waiting[lane];
-    const double apart = CLEAR_NUDGES * packet->scene->nudge_m;
+    const double apart = rt_crossing_apart_m(packet->scene);
     double before = t_min;
     int count = 0, kept = 0;
     if (packet->hits[lane].count || packet->hits[lane].has_overflowed)
@@ -609,7 +626,7 @@ int rt_packet_sheets(struct rt_packet *packet, const struct rt_wide_rays *rays, 
     if (!(packet->ended >> lane & 1))
         return order_sheets(packet, lane, t_min, t_max);
     const struct rt_mesh *mesh = &packet->scene->meshes[end->mesh];
-    const uint32_t found = meets_mesh(mesh, end->meets);
+    const uint32_t found = rt_packet_end_meets(packet, lane);
     const bool is_drawn = mesh->is_double_sided || (found & RT_MEETS_FRONT);
     if (!is_drawn || !(found & RT_MEETS_LEANING) || !(t > t_min * 1.0001 && t * 1.0001 < t_max))
         return -1;
@@ -618,10 +635,15 @@ int rt_packet_sheets(struct rt_packet *packet, const struct rt_wide_rays *rays, 
     return found & RT_MEETS_STEEP ? order_sheets(packet, lane, t_min, t) : -1;
 }
 
-bool rt_packet_end_is_front(const struct rt_packet *packet, int lane)
+uint32_t rt_packet_end_meets(const struct rt_packet *packet, int lane)
 {
     const struct rt_candidate *end = &packet->ends[lane];
-    return meets_mesh(&packet->scene->meshes[end->mesh], end->meets) & RT_MEETS_FRONT;
+    return meets_mesh(&packet->scene->meshes[end->mesh], end->meets);
+}
+
+bool rt_packet_end_is_front(const struct rt_packet *packet, int lane)
+{
+    return rt_packet_end_meets(packet, lane) & RT_MEETS_FRONT;
 }
 
 /* False where hits are needed. */
@@ -641,6 +663,37 @@ static bool pass_sheets(struct rt_packet *packet, const struct rt_wide_rays *ray
     return true;
 }
 
+/* The filters of one crossing. */
+PROCESSOR_FORMS static void filter_all(const struct rt_crossing *restrict crossing,
+                                       const double filter[3], double (*restrict passes)[RT_WIDE])
+{
+    const double own[3] = {filter[0], filter[1], filter[2]};
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < RT_WIDE; i++) {
+            const double passed = passes[k][i] * own[k];
+            passes[k][i] = crossing->is_before[i] ? passed : passes[k][i];
+        }
+}
+
+/* All that a packet crosses, as pass_sheets has it for one ray. Returns 1 << lane of those that are
+ * not among it, where hits may be needed. */
+static uint32_t pass_crossings(struct rt_packet *packet, const struct rt_wide_rays *rays,
+                               uint32_t lanes, double (*passes)[RT_WIDE])
+{
+    struct rt_crossings *crossings = packet->crossings;
+    uint32_t clear =
+        lanes & ~packet->single &
+        rt_crossings_order(crossings, rt_crossing_apart_m(packet->scene), rays->t_min, rays->t_max);
+    for (int c = 0; c < crossings->count; c++) {
+        struct rt_crossing *crossing = &crossings->crossings[crossings->order[c]];
+        for (int i = 0; i < RT_LANES; i++)
+            crossing->is_before[i] &= clear >> i;
+        filter_all(crossing, packet->scene->meshes[crossing->mesh].filter, passes);
+    }
+    packet->used &= ~clear;
+    return lanes & ~clear;
+}
+
 uint32_t rt_packet_pass(struct rt_packet *packet, const struct rt_wide_rays *rays, uint32_t lanes,
                         double (*passes)[RT_WIDE])
 {
@@ -648,7 +701,11 @@ uint32_t rt_packet_pass(struct rt_packet *packet, const struct rt_wide_rays *ray
     occlude(packet, rays, lanes);
     for (int i = 0; i < packet->count; i++)
         lanes &= ~((uint32_t)packet->is_occluded[i] << i);
-    for (uint32_t left = lanes & packet->used; left; left &= left - 1) {
+    uint32_t asked = lanes & packet->used;
+    if (passes && asked && packet->crossings->count)
+        asked = pass_crossings(packet, rays, asked, passes);
+    rt_packet_spread(packet, asked);
+    for (uint32_t left = asked; left; left &= left - 1) {
         const int i = __builtin_ctz(left);
         if (!passes || !pass_sheets(packet, rays, i, passes))
             collect_filters(packet, i);

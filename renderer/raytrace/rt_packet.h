@@ -5,35 +5,11 @@
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_PACKET_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_PACKET_H
 
+#include "renderer/raytrace/rt_crossing.h"
 #include "renderer/raytrace/rt_scene.h"
 #include "renderer/raytrace/rt_wide.h"
 
-enum { RT_LANES = 16, RT_WAITING_MAX = 24 };
-
-/* Where a packet's parts lie (rtcore_ray.h of Embree 3 and 4): arrays of N in the order of the
- * members of RTCRay and RTCHit. The header has accessors for C++ only. */
-enum {
-    RT_RAY_ORIGIN = 0,
-    RT_RAY_TNEAR = 3,
-    RT_RAY_DIRECTION = 4,
-    RT_RAY_TFAR = 8,
-    RT_RAY_MASK = 9,
-    RT_RAY_ID = 10,
-    RT_RAY_MEMBERS = 12,
-    RT_HIT_U = 3,
-    RT_HIT_TRIANGLE = 5,
-    RT_HIT_MESH = 6,
-    RT_HIT_INSTANCE = 7,
-    RT_HIT_MEMBERS = 8,
-};
-
-/* What f32 says of how a ray meets a triangle. */
-enum {
-    RT_MEETS_FRONT = 1,   /* of what the mesh calls its front */
-    RT_MEETS_LEANING = 2, /* its side is beyond doubt */
-    RT_MEETS_STEEP = 4,   /* and so is its place within CLEAR_NUDGES, rt_packet.c */
-    RT_MEETS_INSIDE = 8,  /* not at its border; of transparent ones alone */
-};
+enum { RT_WAITING_MAX = 24 };
 
 struct rt_candidate { /* a triangle that Embree found on a ray */
     float t;
@@ -64,7 +40,10 @@ struct rt_packet { /* zeroed before init */
     struct rt_candidate waiting[RT_LANES][RT_WAITING_MAX]; /* transparent, until the end is known */
     int waiting_counts[RT_LANES];
     struct rt_query *query; /* owned; rays as Embree has them */
-    int wary; /* so many rays more look at each opaque hit: a ray met one that it passes */
+    /* owned; sheets that many rays cross, in place of `waiting` until rt_packet_spread */
+    struct rt_crossings *crossings;
+    uint32_t single; /* 1 << lane of those of which something is not in crossings */
+    int wary;        /* so many rays more look at each opaque hit: a ray met one that it passes */
 };
 
 MUST_CHECK bool rt_packet_init(struct rt_packet *packet, const struct rt_scene *scene,
@@ -83,7 +62,8 @@ void rt_packet_occlude(struct rt_packet *packet);
 
 /* Whether some camera ray may have to look at each opaque hit, so that they are to be collected. */
 bool rt_packet_is_wary(const struct rt_packet *packet);
-/* Finds the nearest opaque surface of each camera ray, and what may lie before it. */
+/* Finds the nearest opaque surface of each camera ray, and what may lie before it: what is in
+ * crossings has to be spread before a lane is asked for. */
 void rt_packet_seek(struct rt_packet *packet, const struct rt_wide_rays *rays);
 /* 1 << lane of those found to meet nothing but an opaque surface, in f32. */
 static inline uint32_t rt_packet_plain_ends(const struct rt_packet *packet)
@@ -95,6 +75,10 @@ static inline uint32_t rt_packet_empty(const struct rt_packet *packet)
 {
     return ~(packet->ended | packet->used) & ((1u << packet->count) - 1);
 }
+/* Puts what those lanes cross where it waits for each of them. Crossings are forgotten. */
+void rt_packet_spread(struct rt_packet *packet, uint32_t lanes);
+/* What f32 says of the end of a ray that has one, with what the mesh calls its front. */
+uint32_t rt_packet_end_meets(const struct rt_packet *packet, int lane);
 /* After rt_packet_seek: how many sheets lie before the end of a ray that ends on an opaque surface
  * or at nothing. They are in order in `waiting`, each triangle once, and with the end they are what
  * rt_packet_collect_one would find. -1: f32 does not tell, and that is to be asked. */

@@ -14,6 +14,7 @@
 #include "renderer/raytrace/rt_pixel.h"
 #include "renderer/raytrace/rt_silhouette.h"
 #include "renderer/raytrace/rt_whole.h"
+#include "renderer/raytrace/rt_whole_packet.h"
 
 enum { TILE_PX = 16 };
 
@@ -129,7 +130,9 @@ static bool trace_wide(struct tracer *tracer, const int (*pixels)[2])
     rt_job_camera_ways(tracer->job, &tracer->places, wide->rays.direction);
     rt_packet_seek(packet, &wide->rays);
     const uint32_t empty = rt_packet_empty(packet);
+    const uint32_t taken = rt_wholes_take_packet(&tracer->batch, packet, &wide->rays, pixels);
     uint32_t met = 0;
+    rt_packet_spread(packet, ~taken);
     /* samples may see neighbouring triangles; f32 does not tell the sides of instances */
     if (samples > 1 || tracer->job->scene->shapes.count)
         met = rt_wholes_meet(&tracer->batch, packet, &wide->rays, &wide->hits);
@@ -137,6 +140,8 @@ static bool trace_wide(struct tracer *tracer, const int (*pixels)[2])
         .packet = packet, .rays = &wide->rays, .hits = &wide->hits, .lane = 0};
     for (; whole.lane < packet->count; whole.lane += samples, pixels++) {
         const uint32_t all = ((1u << samples) - 1) << whole.lane;
+        if (taken & all)
+            continue;
         whole.x = pixels[0][0];
         whole.y = pixels[0][1];
         if ((empty & all) == all) {

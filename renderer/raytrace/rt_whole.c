@@ -7,16 +7,11 @@
 #include <string.h>
 
 #include "renderer/raytrace/rt_batch.h"
-#include "renderer/raytrace/rt_batch_light.h"
 #include "renderer/raytrace/rt_job.h"
-#include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_pixel.h"
-#include "renderer/raytrace/rt_wide_lists.h"
+#include "renderer/raytrace/rt_whole_light.h"
 
-enum {
-    RAYS_UNASKED = 16384, /* shadow rays between two questions whether to go on */
-    LAYERS_MAX = 32,      /* of a pixel, with what ends it */
-};
+enum { LAYERS_MAX = 32 }; /* of a pixel, with what ends it */
 
 static bool has_area_lights(const struct rt_batch *batch)
 {
@@ -38,6 +33,14 @@ static bool are_possible(const struct rt_batch *batch)
            !has_area_lights(batch);
 }
 
+static void begin_group(struct rt_wholes *wholes, int number)
+{
+    struct rt_whole_group *group = &wholes->groups[number];
+    group->alike = &wholes->alikes[number];
+    group->alike->mesh = UINT32_MAX;
+    group->ways = (const double(*)[3][RT_WIDE])wholes->ways[number];
+}
+
 bool rt_wholes_create(struct rt_wholes **wholes, const struct rt_batch *batch, struct error *err)
 {
     *wholes = NULL;
@@ -48,7 +51,7 @@ bool rt_wholes_create(struct rt_wholes **wholes, const struct rt_batch *batch, s
         return error_set(err, ERROR_NO_MEMORY, "pixels of a tile");
     memset(made, 0, sizeof *made);
     for (int i = 0; i < RT_WHOLE_GROUPS; i++)
-        made->groups[i].mesh = UINT32_MAX;
+        begin_group(made, i);
     *wholes = made;
     return true;
 }
@@ -144,38 +147,6 @@ static bool is_same_surface(const struct rt_batch *batch, const struct rt_whole_
     return rt_batch_continues(batch, known, other, offset, hits->t[lane]);
 }
 
-/* Evaluates what all surfaces of the group's mesh have alike. */
-static void evaluate(struct rt_batch *batch, struct rt_whole_group *group, uint32_t triangle)
-{
-    const struct rt_fragment fragment = {
-        .hit = {.mesh = group->mesh, .triangle = triangle, .u = 0.25, .v = 0.25, .is_front = true},
-        .is_opaque = batch->desc.scene->meshes[group->mesh].class_ == STATE_OPAQUE};
-    const struct rt_lit lit = {.fragment = &fragment,
-                               .view = {0, 1, 0},
-                               .surface = &group->surface,
-                               .reflector = &group->reflector};
-    group->shading = (struct rt_shading){.alpha = 1};
-    bool is_lit = rt_lit_evaluate(batch, &lit, &group->shading);
-    assert(is_lit);
-    group->is_evaluated = true;
-}
-
-static void light_group(struct rt_batch *batch, struct rt_whole_group *group);
-
-/* With room for one surface more. */
-static struct rt_whole_group *open_group(struct rt_batch *batch, uint32_t mesh, uint32_t triangle)
-{
-    struct rt_whole_group *group = &batch->wholes->groups[mesh % RT_WHOLE_GROUPS];
-    if (group->count == RT_WIDE || (group->count && group->mesh != mesh))
-        light_group(batch, group);
-    if (group->mesh != mesh)
-        group->is_evaluated = false;
-    group->mesh = mesh;
-    if (!group->is_evaluated)
-        evaluate(batch, group, triangle);
-    return group;
-}
-
 /* A surface of the group's mesh in a pixel. */
 struct member {
     int x, y;
@@ -188,7 +159,7 @@ struct member {
 static int open_lane(const struct rt_batch *batch, struct rt_whole_group *group,
                      const struct member *member)
 {
-    const struct rt_mesh *mesh = &batch->desc.scene->meshes[group->mesh];
+    const struct rt_mesh *mesh = &batch->desc.scene->meshes[group->alike->mesh];
     const uint32_t *vertices = mesh->triangles + 3 * (size_t)member->triangle;
     const int i = group->count++;
     for (int c = 0; c < 3; c++)
@@ -205,7 +176,8 @@ static void put_corners(const struct rt_batch *batch, struct rt_whole_group *gro
 {
     const double *corners[3];
     double room[3][3];
-    rt_mesh_corners(&batch->desc.scene->meshes[group->mesh], group->triangles[lane], room, corners);
+    rt_mesh_corners(&batch->desc.scene->meshes[group->alike->mesh], group->triangles[lane], room,
+                    corners);
     for (int c = 0; c < 3; c++)
         for (int k = 0; k < 3; k++)
             group->wide.corners[c][k][lane] = corners[c][k];
@@ -229,8 +201,8 @@ static void put_middle(struct rt_whole_group *group, int i, const struct sum *su
 /* What the group's surfaces cover and let through. */
 static void fill_layer(const struct rt_whole_group *group, struct rt_whole_layer *layer)
 {
-    layer->alpha = group->shading.alpha;
-    memcpy(layer->filter, group->shading.filter, sizeof layer->filter);
+    layer->alpha = group->alike->shading.alpha;
+    memcpy(layer->filter, group->alike->shading.filter, sizeof layer->filter);
 }
 
 bool rt_wholes_take(struct rt_batch *batch, const struct rt_whole_sample *at)
@@ -243,7 +215,7 @@ bool rt_wholes_take(struct rt_batch *batch, const struct rt_whole_sample *at)
     for (int s = 1; s < samples; s++)
         if (!is_same_surface(batch, at, lane + s, &sum))
             return false;
-    struct rt_whole_group *group = open_group(batch, ends->mesh, ends->triangle);
+    struct rt_whole_group *group = rt_whole_open(batch, ends->mesh, ends->triangle);
     struct rt_whole_pixel *pixel = &wholes->pixels[wholes->count++];
     pixel->x = at->x;
     pixel->y = at->y;
@@ -328,20 +300,19 @@ static bool sum_hits(const struct rt_batch *batch, const struct rt_whole_sample 
     return true;
 }
 
-/* Whether all samples see the same surfaces. sums: of as many as the first one sees. */
-static bool are_alike(const struct rt_batch *batch, const struct rt_whole_sample *at,
+/* Whether all samples see the same surfaces. count: of what the first one sees. */
+static bool are_alike(const struct rt_batch *batch, const struct rt_whole_sample *at, size_t count,
                       struct sum sums[LAYERS_MAX])
 {
-    const struct rt_hits *first = &at->packet->hits[at->lane];
     assert(batch->desc.samples > 0);
-    if (first->count > LAYERS_MAX)
+    if (!count || count > LAYERS_MAX)
         return false;
     for (int s = 0; s < batch->desc.samples; s++) {
         const struct rt_hits *hits = &at->packet->hits[at->lane + s];
-        if (hits->count != first->count || !is_stack(batch->desc.scene, hits))
+        if (hits->count != count || !is_stack(batch->desc.scene, hits))
             return false;
     }
-    for (size_t i = 0; i < first->count; i++)
+    for (size_t i = 0; i < count; i++)
         if (!sum_hits(batch, at, i, &sums[i]))
             return false;
     return true;
@@ -351,7 +322,7 @@ static void add_surface(struct rt_batch *batch, const struct rt_whole_pixel *pix
                         const struct rt_hit *hit, const struct sum *sum,
                         struct rt_whole_layer *layer, double *radiance)
 {
-    struct rt_whole_group *group = open_group(batch, hit->mesh, hit->triangle);
+    struct rt_whole_group *group = rt_whole_open(batch, hit->mesh, hit->triangle);
     const struct member member = {pixel->x, pixel->y, hit->triangle, radiance};
     const int i = open_lane(batch, group, &member);
     put_corners(batch, group, i);
@@ -365,9 +336,9 @@ bool rt_wholes_take_layers(struct rt_batch *batch, const struct rt_whole_sample 
     struct rt_wholes *wholes = batch->wholes;
     const struct rt_hits *hits = &at->packet->hits[at->lane];
     struct sum sums[LAYERS_MAX];
-    if (wholes->layer_count + hits->count > RT_WHOLE_LAYERS || !are_alike(batch, at, sums))
+    const size_t count = hits->count, last = count - 1;
+    if (wholes->layer_count + count > RT_WHOLE_LAYERS || !are_alike(batch, at, count, sums))
         return false;
-    const size_t last = hits->count - 1;
     struct rt_whole_pixel *pixel = &wholes->pixels[wholes->count++];
     *pixel = (struct rt_whole_pixel){.x = at->x,
                                      .y = at->y,
@@ -375,9 +346,10 @@ bool rt_wholes_take_layers(struct rt_batch *batch, const struct rt_whole_sample 
                                      .is_open = !hits->hits[last].is_opaque,
                                      .mesh = hits->hits[last].mesh,
                                      .is_front = hits->hits[last].is_front};
-    pixel->layer_count = (uint32_t)last + pixel->is_open;
-    wholes->layer_count += pixel->layer_count;
-    for (uint32_t i = 0; i < pixel->layer_count; i++) {
+    const uint32_t layers = (uint32_t)last + pixel->is_open;
+    pixel->layer_count = layers;
+    wholes->layer_count += layers;
+    for (uint32_t i = 0; i < layers; i++) {
         struct rt_whole_layer *layer = &wholes->layers[pixel->first_layer + i];
         add_surface(batch, pixel, &hits->hits[i], &sums[i], layer, layer->radiance);
     }
@@ -393,13 +365,14 @@ static void add_met_triangle(struct rt_batch *batch, const struct rt_whole_sampl
                              const struct rt_candidate *met, struct rt_whole_layer *layer,
                              double *radiance)
 {
-    struct rt_whole_group *group = open_group(batch, met->mesh, met->triangle);
+    struct rt_whole_group *group = rt_whole_open(batch, met->mesh, met->triangle);
     const struct member member = {at->x, at->y, met->triangle, radiance};
     const int i = open_lane(batch, group, &member);
+    double(*ways)[3][RT_WIDE] = batch->wholes->ways[group - batch->wholes->groups];
     put_corners(batch, group, i);
     for (int s = 0; s < batch->desc.samples; s++)
         for (int k = 0; k < 3; k++)
-            group->ways[s][k][i] = at->rays->direction[k][at->lane + s];
+            ways[s][k][i] = at->rays->direction[k][at->lane + s];
     group->wide.count[i] = batch->desc.samples;
     group->sought[i] = 1;
     if (layer)
@@ -466,182 +439,11 @@ bool rt_wholes_take_sheets(struct rt_batch *batch, const struct rt_whole_sample 
     return true;
 }
 
-static bool is_any_sought(const struct rt_whole_group *group)
-{
-    uint32_t any = 0;
-    for (int i = 0; i < group->count; i++)
-        any |= group->sought[i];
-    return any;
-}
-
-static void place(const struct rt_batch *batch, struct rt_whole_group *group)
-{
-    const struct rt_scene *scene = batch->desc.scene;
-    const struct rt_mesh *mesh = &scene->meshes[group->mesh];
-    const struct camera *camera = batch->desc.camera;
-    double eye[3];
-    vec3_sub(camera->eye, scene->origin, eye);
-    if (is_any_sought(group))
-        rt_wide_find(eye, mesh->is_mirrored, batch->desc.samples,
-                     (const double(*)[3][RT_WIDE])group->ways, group->sought, &group->wide);
-    struct rt_wide_mesh alike = {.is_mirrored = mesh->is_mirrored,
-                                 .nudge_m = scene->nudge_m,
-                                 .is_smoothed = mesh->class_ == STATE_OPAQUE &&
-                                                !rt_wide_is_flat(&group->wide, group->count)};
-    memcpy(alike.normal_matrix, mesh->normal_matrix, sizeof alike.normal_matrix);
-    memcpy(alike.origin, scene->origin, sizeof alike.origin);
-    memcpy(alike.eye, camera->eye, sizeof alike.eye);
-    memcpy(alike.back, camera->back, sizeof alike.back);
-    rt_wide_place(&alike, &group->wide);
-    rt_wide_look(&group->reflector, &group->wide);
-}
-
-/* What they emit, and reflect of the hemisphere. */
-static void begin_light(const struct rt_batch *batch, struct rt_whole_group *group,
-                        double radiance[3][RT_WIDE])
-{
-    const struct scene_state *state = batch->desc.scene->state;
-    const struct rt_wide *wide = &group->wide;
-    for (int k = 0; k < 3; k++)
-        for (int i = 0; i < RT_WIDE; i++)
-            radiance[k][i] = group->shading.radiance[k];
-    for (int i = 0; state->has_environment && i < group->count; i++) {
-        struct rt_reflector *reflector = &group->reflector;
-        double sum[3];
-        for (int k = 0; k < 3; k++) {
-            reflector->view[k] = wide->view[k][i];
-            group->surface.normal[k] = reflector->normal[k] = wide->normal[k][i];
-            sum[k] = radiance[k][i];
-        }
-        reflector->n_dot_v = wide->n_dot_v[i];
-        reflector->seen = wide->seen[i];
-        rt_reflect_hemisphere(state, reflector, &group->surface, sum);
-        for (int k = 0; k < 3; k++)
-            radiance[k][i] = sum[k];
-    }
-}
-
-/* From which the shadow rays of a group are made one by one, where they meet filters. */
-struct maker {
-    const struct rt_batch *batch;
-    const struct rt_whole_group *group;
-};
-
-static void make_ray(const void *from, int lane, struct rt_ray *ray)
-{
-    const struct maker *maker = from;
-    const struct rt_wholes *wholes = maker->batch->wholes;
-    const struct rt_scene *scene = maker->batch->desc.scene;
-    const struct rt_hit on = {.mesh = maker->group->mesh};
-    *ray = (struct rt_ray){.t_min = wholes->rays.t_min[lane],
-                           .t_max = wholes->rays.t_max[lane],
-                           .skip_mesh = on.mesh,
-                           .skip_triangle = maker->group->triangles[lane],
-                           .excluded_node = rt_path_excluded_node(scene, &on)};
-    for (int k = 0; k < 3; k++) {
-        ray->origin[k] = wholes->rays.origin[k][lane];
-        ray->direction[k] = wholes->rays.direction[k][lane];
-    }
-}
-
-/* Traces the shadow rays of the light. Returns the lanes that it reaches; passes: what filters let
- * through. */
-static uint32_t pass_shadows(struct rt_batch *batch, const struct rt_whole_group *group,
-                             uint32_t lanes)
-{
-    struct rt_wholes *wholes = batch->wholes;
-    const struct rt_scene *scene = batch->desc.scene;
-    const struct maker maker = {batch, group};
-    const struct rt_wide_way way = {
-        .epsilon = scene->epsilon, .size_m = scene->size_m, .nudge_m = scene->nudge_m};
-    struct rt_packet *packet = &batch->packet;
-    rt_wide_leave(&way, &group->wide, &wholes->light, &wholes->rays);
-    packet->count = group->count;
-    packet->make = make_ray;
-    packet->from = &maker;
-    batch->shadow_rays += (uint64_t)__builtin_popcount(lanes);
-    lanes = rt_packet_pass(packet, &wholes->rays, lanes,
-                           scene->meshes[group->mesh].no_self_shadow ? NULL : wholes->passes);
-    for (uint32_t left = lanes & packet->used; left; left &= left - 1) {
-        const int i = __builtin_ctz(left);
-        double passed[3] = {1, 1, 1}, no_media[3] = {0};
-        batch->has_overflowed |= packet->hits[i].has_overflowed;
-        if (!packet->hits[i].count)
-            continue;
-        rt_path_transmittance(scene, &packet->hits[i], rt_packet_ray(packet, i), no_media,
-                              batch->desc.view->quality.blend_filter, passed);
-        for (int k = 0; k < 3; k++)
-            wholes->passes[k][i] = passed[k];
-    }
-    return lanes;
-}
-
-static void ask_light(struct rt_batch *batch, struct rt_whole_group *group, uint32_t light,
-                      uint32_t lanes)
-{
-    struct rt_wholes *wholes = batch->wholes;
-    const struct rt_light_record *record = &batch->desc.light_set->records[light];
-    uint32_t reaches[RT_WIDE];
-    rt_wide_arrive(record, &group->wide, &wholes->light);
-    lanes &= rt_wide_lanes(wholes->light.arrives);
-    if (!lanes)
-        return;
-    batch->lights_reaching += (uint64_t)__builtin_popcount(lanes);
-    rt_wide_reflect(&group->reflector, record, &group->wide, &wholes->light);
-    lanes &= rt_wide_lanes(wholes->light.reflects);
-    for (int k = 0; k < 3; k++)
-        for (int i = 0; i < RT_WIDE; i++)
-            wholes->passes[k][i] = 1;
-    if (lanes && record->casts_shadow && batch->desc.view->quality.shadows != SHADOWS_NONE)
-        lanes = pass_shadows(batch, group, lanes);
-    for (int i = 0; i < RT_WIDE; i++)
-        reaches[i] = lanes >> i & 1;
-    rt_wide_add(&wholes->light, reaches, wholes->passes, wholes->radiance);
-}
-
-/* Lights without shadows first, as they are added to fragments. */
-static void ask_list(struct rt_batch *batch, struct rt_whole_group *group,
-                     const struct rt_light_list *list, uint32_t lanes)
-{
-    const struct rt_light_record *records = batch->desc.light_set->records;
-    batch->lights_listed += list->count * (uint64_t)__builtin_popcount(lanes);
-    for (int casts = 0; casts < 2; casts++)
-        for (size_t i = 0; i < list->count; i++) {
-            uint32_t light = rt_light_list_at(list, i);
-            if (records[light].casts_shadow == casts)
-                ask_light(batch, group, light, lanes);
-        }
-}
-
-static void light_group(struct rt_batch *batch, struct rt_whole_group *group)
-{
-    struct rt_wholes *wholes = batch->wholes;
-    struct rt_wide_places places = {.count = group->count, .view_z = group->wide.view_z};
-    struct rt_light_list lists[RT_WIDE];
-    uint32_t lanes[RT_WIDE];
-    place(batch, group);
-    begin_light(batch, group, wholes->radiance);
-    memcpy(places.x, group->x, sizeof places.x);
-    memcpy(places.y, group->y, sizeof places.y);
-    batch->surfaces += (uint64_t)group->count;
-    int count = rt_wide_lists(batch->desc.light_set, &places, lists, lanes);
-    for (int i = 0; i < count; i++)
-        ask_list(batch, group, &lists[i], lanes[i]);
-    for (int i = 0; i < group->count; i++)
-        for (int k = 0; k < 3; k++)
-            group->radiance[i][k] = wholes->radiance[k][i];
-    group->count = 0;
-    if (batch->shadow_rays - wholes->asked_at > RAYS_UNASKED) {
-        wholes->asked_at = batch->shadow_rays;
-        batch->is_cancelled |= rt_job_is_cancelled(batch->desc.job);
-    }
-}
-
 void rt_wholes_flush(struct rt_batch *batch)
 {
     for (int i = 0; batch->wholes && i < RT_WHOLE_GROUPS && !batch->is_cancelled; i++)
         if (batch->wholes->groups[i].count)
-            light_group(batch, &batch->wholes->groups[i]);
+            rt_whole_light_group(batch, &batch->wholes->groups[i]);
 }
 
 /* The hits of the samples are found once more: few pixels are split. */

@@ -33,26 +33,31 @@ struct rt_whole_pixel {
     bool is_front;
 };
 
+struct rt_whole_alike { /* what all surfaces of a mesh have alike, whichever it was evaluated at */
+    uint32_t mesh;      /* UINT32_MAX: none yet */
+    struct rt_surface surface;
+    struct rt_reflector reflector;
+    struct rt_shading shading; /* its radiance is what they emit */
+};
+
 struct rt_whole_group { /* surfaces of one mesh, waiting */
     struct rt_wide wide;
+    struct rt_whole_alike *alike;
     int count;
-    uint32_t mesh;
     int x[RT_WIDE], y[RT_WIDE];
     uint32_t triangles[RT_WIDE];
     double *radiance[RT_WIDE]; /* out: of three each */
     /* of lanes whose triangles are known alone: rt_wide_find finds the rest */
     uint32_t sought[RT_WIDE];
-    double ways[RT_WHOLE_SAMPLES_MAX][3][RT_WIDE]; /* of each sample */
-    /* what all surfaces of the mesh have alike, whichever of them it was evaluated at */
-    struct rt_surface surface;
-    struct rt_reflector reflector;
-    struct rt_shading shading; /* its radiance is what they emit */
-    bool is_evaluated;
+    const double (*ways)[3][RT_WIDE]; /* of each sample; rt_wholes.ways but for `packed` */
 };
 
 struct rt_wholes {
     struct rt_whole_group groups[RT_WHOLE_GROUPS];
-    struct rt_wide_light light; /* scratch, as the next */
+    struct rt_whole_alike alikes[RT_WHOLE_GROUPS];                  /* of each group */
+    double ways[RT_WHOLE_GROUPS][RT_WHOLE_SAMPLES_MAX][3][RT_WIDE]; /* likewise */
+    struct rt_whole_group packed; /* surfaces of one packet, lit at once (rt_whole_packet.h) */
+    struct rt_wide_light light;   /* scratch, as the next */
     struct rt_wide_rays rays;
     double radiance[3][RT_WIDE], passes[3][RT_WIDE];
     uint64_t asked_at; /* shadow rays of the batch when the job was asked whether it goes on */
