@@ -43,6 +43,8 @@ struct request_options {
     "          directional:dir=0,-1,-0.3;intensity=5;shadow=false\n"                           \
     "Cuts:     A,B,C,D;cap=true;shadows=false    cap=0.8,0.2,0.1 is a colour\n"                \
     "Parts:    bolt=bolt.glb;parent=Flange;pos=0.2,0,0    or matrix=16 numbers\n"              \
+    "          plume=sim.vdb;scene=flame;unit=cm    how FILE is read: scene, unit,\n"          \
+    "          up and deflection, as the options\n"                                            \
     "Grids:    smoke:density=5;color=0.9,0.9,0.9;extinction=1,1,1;anisotropy=0.3\n"            \
     "Edges:    default    "                                                                    \
     "crease=20;borders=true;silhouettes=true;color=0,0,0;width=1;hidden=0.1\n"

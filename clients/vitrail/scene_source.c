@@ -11,6 +11,7 @@
 #include "clients/vitrail/gltf_files.h"
 #include "clients/vitrail/render_watch.h"
 #include "clients/vitrail/resource.h"
+#include "clients/vitrail/specs.h"
 
 bool scene_source_is_on_server(const char *text)
 {
@@ -91,6 +92,16 @@ static bool upload(struct session *session, const char *path, const struct gltf_
     return send_new(session, &request, task, id, failure);
 }
 
+/* Which option says how a file is read; NULL: none does. */
+static const char *reading_option(const struct file_options *options)
+{
+    return options->scene        ? "scene"
+           : options->unit       ? "unit"
+           : options->up         ? "up"
+           : options->deflection ? "deflection"
+                                 : NULL;
+}
+
 bool scene_source_push(struct session *session, const char *path,
                        const struct file_options *options, struct scene_push *push,
                        struct failure *failure)
@@ -102,8 +113,7 @@ bool scene_source_push(struct session *session, const char *path,
     if (!is_glb(path, &is_binary, failure))
         return false;
     if (is_binary) {
-        if (!options->force && !options->scene && !options->unit && !options->up &&
-            !options->deflection &&
+        if (!options->force && !reading_option(options) &&
             (!resource_hash(session, path, push->id, failure) ||
              !resource_is_there(session, "scenes", push->id, &is_there, failure)))
             return false;
@@ -164,28 +174,57 @@ bool scene_source_push_grid(struct session *session, const json_t *grid, const c
     return is_ok;
 }
 
+static const char *part_text(const json_t *part, const char *member)
+{
+    return json_string_value(json_object_get(part, member));
+}
+
+/* As the part says, which lends the texts. */
+static struct file_options part_file_options(const json_t *part)
+{
+    return (struct file_options){.scene = part_text(part, PART_FILE_SCENE),
+                                 .unit = part_text(part, PART_FILE_UNIT),
+                                 .up = part_text(part, PART_FILE_UP),
+                                 .deflection = part_text(part, PART_FILE_DEFLECTION)};
+}
+
+static void drop_file_options(json_t *part)
+{
+    static const char *const members[] = {PART_FILE_SCENE, PART_FILE_UNIT, PART_FILE_UP,
+                                          PART_FILE_DEFLECTION};
+    for (size_t i = 0; i < sizeof members / sizeof *members; i++)
+        json_object_del(part, members[i]);
+}
+
+static bool check_part(const json_t *part, struct failure *failure)
+{
+    const struct file_options options = part_file_options(part);
+    const char *scene = part_text(part, "scene"), *option = reading_option(&options);
+    if (!scene)
+        return true;
+    if (!scene_source_is_on_server(scene))
+        return scene_source_check(scene, failure);
+    return !option ||
+           fail(failure, EXIT_CODE_USAGE,
+                "--part: %s= says how a FILE is read, and '%.200s' is a scene of the server",
+                option, scene);
+}
+
 bool scene_source_check_all(const char *source, const struct file_options *options,
                             const json_t *request, struct failure *failure)
 {
-    const char *name;
+    const char *name, *option = options ? reading_option(options) : NULL;
     json_t *part;
 
-    if (source && options &&
-        (options->scene || options->unit || options->up || options->deflection) &&
-        scene_source_is_on_server(source))
+    if (source && option && scene_source_is_on_server(source))
         return fail(failure, EXIT_CODE_USAGE,
-                    "--%s says how a FILE is read, and '%s' is a scene of the server",
-                    options->scene  ? "scene"
-                    : options->unit ? "unit"
-                    : options->up   ? "up"
-                                    : "deflection",
+                    "--%s says how a FILE is read, and '%s' is a scene of the server", option,
                     source);
     if (source && !scene_source_is_on_server(source) && !scene_source_check(source, failure))
         return false;
     json_object_foreach(json_object_get(request, "parts"), name, part)
     {
-        const char *scene = json_string_value(json_object_get(part, "scene"));
-        if (scene && !scene_source_is_on_server(scene) && !scene_source_check(scene, failure))
+        if (!check_part(part, failure))
             return false;
     }
     return environment_source_check(request, failure);
@@ -212,14 +251,16 @@ bool scene_source_bring_beside(struct session *session, json_t *request, struct 
     json_object_foreach(json_object_get(request, "parts"), name, part)
     {
         struct scene_push push = {0};
-        const char *given = json_string_value(json_object_get(part, "scene"));
+        const struct file_options options = part_file_options(part);
+        const char *given = part_text(part, "scene");
         if (!given || scene_source_is_on_server(given))
             continue;
         char *scene = strdup(given); /* `given` ends where its place is taken */
         if (!scene)
             return fail_no_memory(failure);
-        bool is_ok = bring(session, scene, &(struct file_options){0}, part, &push, failure);
+        bool is_ok = bring(session, scene, &options, part, &push, failure);
         free(scene);
+        drop_file_options(part);
         if (!is_ok)
             return false;
     }

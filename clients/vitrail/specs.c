@@ -531,6 +531,10 @@ static const struct spec_key PART_KEYS[] = {
     {"parent", "parent", SPEC_TEXT, SPEC_ANY},
     {"pos", "pos", 3, SPEC_ANY},
     {"matrix", "matrix", 16, SPEC_ANY},
+    {"scene", PART_FILE_SCENE, SPEC_TEXT, SPEC_ANY},
+    {"unit", PART_FILE_UNIT, SPEC_TEXT, SPEC_ANY},
+    {"up", PART_FILE_UP, SPEC_TEXT, SPEC_ANY},
+    {"deflection", PART_FILE_DEFLECTION, SPEC_TEXT, SPEC_ANY},
     {0},
 };
 

@@ -32,7 +32,12 @@ json_t *clip_spec_parse(const char *text, struct failure *failure);
 json_t *edges_spec_parse(const char *text, struct failure *failure);
 
 /* "NAME=FILE|SCENE-ID[;parent=NODE][;pos=x,y,z|;matrix=16 numbers]" into parts[NAME], whose "scene"
- * is the file or id as given. */
+ * is the file or id as given. With ";scene=NAME", "unit", "up" and "deflection" the part has the
+ * members below, which say how the file is read and are no members of a request. */
+#define PART_FILE_SCENE "file.scene"
+#define PART_FILE_UNIT "file.unit"
+#define PART_FILE_UP "file.up"
+#define PART_FILE_DEFLECTION "file.deflection"
 bool part_spec_parse(const char *text, json_t *parts, struct failure *failure);
 
 /* "NAME:KEY=VALUE;..." with density (1/m), color, extinction, anisotropy, into grids[NAME]: another

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "protocol/provenance_file.h"
+#include "renderer/image/png_plain.h"
 
 enum { PROBLEM_BYTES = 160 };
 
@@ -200,6 +201,10 @@ bool png_file_decode(const void *bytes, size_t size_bytes, bool keep_16_bits, st
 {
     struct png_source source = {.bytes = bytes, .size = size_bytes, .image = image};
     memset(image, 0, sizeof *image);
+#if VITRAIL_WITH_LIBDEFLATE
+    if (png_plain_decode(bytes, size_bytes, image))
+        return true;
+#endif
     source.png =
         png_create_read_struct(PNG_LIBPNG_VER_STRING, source.problem, keep_problem, ignore_warning);
     source.info = source.png ? png_create_info_struct(source.png) : NULL;

@@ -5,6 +5,8 @@
 #ifndef VITRAIL_RENDERER_IMPORT_CONVERTER_H
 #define VITRAIL_RENDERER_IMPORT_CONVERTER_H
 
+#include <stdlib.h>
+
 #include "renderer/import/import.h"
 
 #ifdef __cplusplus
@@ -22,6 +24,16 @@ struct converter_input {
     const char *scene; /* which of the file is wanted, as in scene_import_desc; a module whose file
                           has several may write one alone, the others without nodes */
 };
+
+/* The place that "#1" means among so many scenes; their count: none. */
+static inline size_t scene_place(const char *text, size_t count)
+{
+    char *end = NULL;
+    if (text[0] != '#' || text[1] < '0' || text[1] > '9')
+        return count;
+    unsigned long long place = strtoull(text + 1, &end, 10);
+    return *end == '\0' && place < count ? (size_t)place : count;
+}
 
 /* What a module hands back: each malloc'ed, also where it failed. */
 struct converter_output {

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "renderer/base/matrix.h"
+#include "renderer/import/converter.h"
 #include "renderer/import/import_instances.h"
 #include "renderer/import/importer.h"
 
@@ -67,14 +68,11 @@ static bool check_cycles(const struct gltf_document *document, const int32_t *pa
 /* The index of a scene by its name, else by "#1"; -1. */
 static int find_scene(const struct gltf_document *document, const char *name)
 {
-    char *end = NULL;
     for (size_t i = 0; i < document->scene_count; i++)
         if (strcmp(document->scenes[i].name, name) == 0)
             return (int)i;
-    if (name[0] != '#' || name[1] < '0' || name[1] > '9')
-        return -1;
-    unsigned long long index = strtoull(name + 1, &end, 10);
-    return *end == '\0' && index < document->scene_count ? (int)index : -1;
+    size_t place = scene_place(name, document->scene_count);
+    return place < document->scene_count ? (int)place : -1;
 }
 
 /* Names those that the file has, as many as a message holds. */

@@ -166,10 +166,10 @@ static bool tell_learned(const struct supervisor *supervisor, struct worker_slot
 /* Under the mutex. */
 static bool send_lessons(struct worker_slot *slot)
 {
-    json_t *lessons = slot->lessons;
-    slot->lessons = NULL;
-    return !lessons ||
-           send_small(slot, json_pack("{s:s,s:o}", "op", "lessons", "lessons", lessons));
+    json_t *lessons = slot->lessons, *times = slot->times;
+    slot->lessons = slot->times = NULL;
+    return (!lessons && !times) || send_small(slot, json_pack("{s:s,s:o*,s:o*}", "op", "lessons",
+                                                              "lessons", lessons, "times", times));
 }
 
 void supervisor_feed(struct supervisor *supervisor)

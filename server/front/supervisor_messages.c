@@ -117,19 +117,34 @@ static void totals_message(struct worker_slot *slot, const json_t *json)
     totals->cache_evictions = number(json, "cache_evictions");
 }
 
-/* What frames of a worker teach goes to the one that keeps; while there is none, nowhere. Under the
- * mutex. */
+static void add_lessons(json_t **to, json_t *lessons)
+{
+    *to = *to ? *to : json_array();
+    json_array_extend(*to, lessons);
+    while (json_array_size(*to) > WORKER_LESSONS_MAX)
+        json_array_remove(*to, 0);
+}
+
+/* What frames of a worker teach `auto` goes to the one that keeps; while there is none, nowhere.
+ * Under the mutex. */
 static void pass_lessons(struct supervisor *supervisor, const struct worker_slot *slot,
                          json_t *lessons)
 {
     const struct worker_slot *found = supervisor_keeper(supervisor);
     if (!lessons || slot->is_keeper || !found)
         return;
-    struct worker_slot *keeper = &supervisor->slots[found->number - 1];
-    keeper->lessons = keeper->lessons ? keeper->lessons : json_array();
-    json_array_extend(keeper->lessons, lessons);
-    while (json_array_size(keeper->lessons) > WORKER_LESSONS_MAX)
-        json_array_remove(keeper->lessons, 0);
+    add_lessons(&supervisor->slots[found->number - 1].lessons, lessons);
+}
+
+/* What its promised frames took goes to all others: one that starts later reads what the keeper
+ * wrote. Under the mutex. */
+static void pass_times(struct supervisor *supervisor, const struct worker_slot *from, json_t *times)
+{
+    for (int i = 0; times && i < supervisor->slot_count; i++) {
+        struct worker_slot *slot = &supervisor->slots[i];
+        if (slot != from && slot->state == WORKER_READY)
+            add_lessons(&slot->times, times);
+    }
 }
 
 static void log_speed(struct supervisor *supervisor, const struct device_auto *automatic)
@@ -296,6 +311,7 @@ void supervisor_receive(struct supervisor *supervisor, struct worker_slot *slot)
     if (strcmp(op, "totals") == 0) {
         totals_message(slot, message.json);
         pass_lessons(supervisor, slot, json_object_get(message.json, "lessons"));
+        pass_times(supervisor, slot, json_object_get(message.json, "times"));
     } else {
         flight_message(supervisor, slot, op, &message);
     }

@@ -21,8 +21,9 @@ void worker_slot_finish(struct worker_slot *slot)
 {
     json_decref(slot->forgotten);
     json_decref(slot->lessons);
+    json_decref(slot->times);
     free(slot->hopeless);
-    slot->forgotten = slot->lessons = NULL;
+    slot->forgotten = slot->lessons = slot->times = NULL;
     slot->hopeless = NULL;
 }
 
@@ -34,7 +35,8 @@ void worker_slot_note_end(struct worker_slot *slot)
     slot->sent_count = 0;
     slot->told_learned = 0;
     json_decref(slot->lessons);
-    slot->lessons = NULL;
+    json_decref(slot->times);
+    slot->lessons = slot->times = NULL;
     totals->pid = 0;
     totals->gpu_used_bytes = totals->cache_bytes = totals->cache_scenes = 0;
     totals->programs_built = totals->programs_reused = totals->programs_loaded = 0;

@@ -50,6 +50,7 @@ struct worker_slot {                /* zeroed = empty */
     bool is_keeper;        /* this process measures the device, learns, and keeps what is learned */
     uint64_t told_learned; /* print of what this process was told that the keeper has learned */
     json_t *lessons;       /* owned: of other workers, to be sent to this keeper; or NULL */
+    json_t *times;         /* likewise, to be sent to this process, keeper or not */
     bool is_deaf;          /* it no longer takes messages */
     bool is_resting;       /* since nobody asked for --rest-s */
     bool has_rendered;     /* since this process is ready */

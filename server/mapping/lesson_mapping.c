@@ -35,8 +35,7 @@ static bool case_from_json(const json_t *json, struct learning_case *one)
     json_int_t technique = json_integer_value(json_array_get(json, 0));
     const char *view = json_string_value(json_array_get(json, 2));
     if (json_array_size(json) != TERMS_AT + FORECAST_TERM_COUNT || technique < 0 ||
-        technique >= SHADOWS_COUNT || !view ||
-        !shadow_technique_is_candidate((enum shadow_technique)technique))
+        technique >= SHADOWS_COUNT || !view)
         return false;
     *one = (struct learning_case){.technique = (enum shadow_technique)technique,
                                   .is_left_out = json_integer_value(json_array_get(json, 1)) == 1,
@@ -50,6 +49,12 @@ static bool case_from_json(const json_t *json, struct learning_case *one)
     return true;
 }
 
+/* One that `auto` compares. */
+static bool candidate_from_json(const json_t *json, struct learning_case *one)
+{
+    return case_from_json(json, one) && shadow_technique_is_candidate(one->technique);
+}
+
 bool lesson_from_json(const json_t *json, struct frame_lesson *lesson)
 {
     const json_t *cases = json_object_get(json, "cases");
@@ -57,12 +62,31 @@ bool lesson_from_json(const json_t *json, struct frame_lesson *lesson)
         .is_timed = json_is_true(json_object_get(json, "timed")),
         .alone_ms = json_number_value(json_object_get(json, "ms")),
     };
-    bool is_good = case_from_json(json_array_get(cases, 0), &lesson->frame);
+    bool is_good = candidate_from_json(json_array_get(cases, 0), &lesson->frame);
     for (size_t i = 1; is_good && i < json_array_size(cases); i++) {
         struct learning_case one;
-        is_good = case_from_json(json_array_get(cases, i), &one);
+        is_good = candidate_from_json(json_array_get(cases, i), &one);
         if (is_good)
             lesson->frames[one.technique] = one;
     }
     return is_good;
+}
+
+json_t *time_lesson_to_json(const struct time_lesson *lesson)
+{
+    return json_pack("{s:o,s:f,s:f,s:b}", "case", case_to_json(&lesson->frame), "ms",
+                     lesson->took_ms, "bytes", lesson->fresh_bytes, "compiled",
+                     lesson->has_compiled);
+}
+
+bool time_lesson_from_json(const json_t *json, struct time_lesson *lesson)
+{
+    const json_t *ms = json_object_get(json, "ms"), *bytes = json_object_get(json, "bytes");
+    *lesson = (struct time_lesson){
+        .took_ms = json_number_value(ms),
+        .fresh_bytes = json_number_value(bytes),
+        .has_compiled = json_is_true(json_object_get(json, "compiled")),
+    };
+    return case_from_json(json_object_get(json, "case"), &lesson->frame) && json_is_number(ms) &&
+           json_is_number(bytes) && lesson->took_ms > 0 && lesson->fresh_bytes >= 0;
 }

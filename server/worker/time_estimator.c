@@ -5,14 +5,17 @@
 #include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "protocol/utf8.h"
 #include "renderer/base/content_key.h"
 #include "renderer/cost/learning.h"
+#include "server/mapping/lesson_mapping.h"
 #include "server/mapping/observations_file.h"
 
 enum { STANDING_MAX = 256, OBSERVATIONS_LEAST = 2, PATH_BYTES = 4096, KEY_BYTES = 1024 };
 enum { WRITE_OBSERVATIONS = 32 }; /* 40 KB each time */
+enum { LESSONS_KEPT = 16 };       /* they are taken after each frame */
 
 /* llvmpipe compiles 0.1 to 0.5 s for the first frame of a technique that it has kept on disk, 0.3
  * to 1.3 s for one that it has not, and the self-test of its shadows takes up to 0.8 s before; the
@@ -36,6 +39,8 @@ struct time_estimator {
     double held_bytes;               /* the most that one had since the worker started or rested */
     uint64_t standing[STANDING_MAX]; /* 0: no entry */
     size_t next;
+    struct time_lesson lessons[LESSONS_KEPT]; /* not taken yet: the oldest first */
+    size_t lesson_count;
     char path[PATH_BYTES], key[KEY_BYTES]; /* of the file; "": none */
     uint64_t written;                      /* observations in it */
 };
@@ -210,20 +215,61 @@ static void note_time(struct time_estimator *estimator, const struct learning_ca
                    fmax(took_ms - estimator->memory_ms * bytes, took_ms / 2));
 }
 
+static void learn(struct time_estimator *estimator, const struct time_lesson *lesson)
+{
+    const struct learning_case *one = &lesson->frame;
+    if (lesson->has_compiled)
+        note_compiling(estimator, lesson->took_ms - learning_expect(&estimator->learned, one).ms);
+    else
+        note_time(estimator, one, lesson->fresh_bytes, lesson->took_ms);
+    if (estimator->learned.clock >= estimator->written + WRITE_OBSERVATIONS)
+        write_observations(estimator);
+}
+
+static void keep_lesson(struct time_estimator *estimator, const struct time_lesson *lesson)
+{
+    if (estimator->lesson_count == LESSONS_KEPT)
+        memmove(&estimator->lessons[0], &estimator->lessons[1],
+                --estimator->lesson_count * sizeof estimator->lessons[0]);
+    estimator->lessons[estimator->lesson_count++] = *lesson;
+}
+
 void time_estimator_note(struct time_estimator *estimator, const struct time_estimator_frame *frame,
                          double took_ms, bool has_compiled)
 {
-    const struct learning_case one = case_of(frame);
     pthread_mutex_lock(&estimator->mutex);
-    bool was_promised = frame->base_ms > 0 && took_ms > 0;
-    if (was_promised && has_compiled)
-        note_compiling(estimator, took_ms - learning_expect(&estimator->learned, &one).ms);
-    else if (was_promised)
-        note_time(estimator, &one, fresh_bytes(estimator, frame), took_ms);
+    const struct time_lesson lesson = {.frame = case_of(frame),
+                                       .took_ms = took_ms,
+                                       .fresh_bytes = fresh_bytes(estimator, frame),
+                                       .has_compiled = has_compiled};
+    if (frame->base_ms > 0 && took_ms > 0) { /* it was promised */
+        learn(estimator, &lesson);
+        keep_lesson(estimator, &lesson);
+    }
     estimator->held_bytes = fmax(estimator->held_bytes, frame->bytes);
-    if (estimator->learned.clock >= estimator->written + WRITE_OBSERVATIONS)
-        write_observations(estimator);
     note_standing(estimator, frame);
+    pthread_mutex_unlock(&estimator->mutex);
+}
+
+json_t *time_estimator_take_lessons(struct time_estimator *estimator)
+{
+    pthread_mutex_lock(&estimator->mutex);
+    json_t *lessons = estimator->lesson_count ? json_array() : NULL;
+    for (size_t i = 0; i < estimator->lesson_count; i++)
+        json_array_append_new(lessons, time_lesson_to_json(&estimator->lessons[i]));
+    estimator->lesson_count = 0;
+    pthread_mutex_unlock(&estimator->mutex);
+    return lessons;
+}
+
+void time_estimator_learn(struct time_estimator *estimator, const json_t *lessons)
+{
+    struct time_lesson lesson;
+    const json_t *one;
+    size_t index;
+    pthread_mutex_lock(&estimator->mutex);
+    json_array_foreach(lessons, index, one) if (time_lesson_from_json(one, &lesson))
+        learn(estimator, &lesson);
     pthread_mutex_unlock(&estimator->mutex);
 }
 

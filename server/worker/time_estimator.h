@@ -5,6 +5,7 @@
 #ifndef VITRAIL_SERVER_WORKER_TIME_ESTIMATOR_H
 #define VITRAIL_SERVER_WORKER_TIME_ESTIMATOR_H
 
+#include <jansson.h>
 #include <stdint.h>
 
 #include "protocol/error.h"
@@ -49,6 +50,14 @@ double time_estimator_expect(struct time_estimator *estimator,
  * says nothing then but that its programs stand. */
 void time_estimator_note(struct time_estimator *estimator, const struct time_estimator_frame *frame,
                          double took_ms, bool has_compiled);
+
+/* The last 16 frames that were promised and noted here, as JSON (server/mapping/lesson_mapping.h),
+ * each once, the oldest first; NULL: none. */
+json_t *time_estimator_take_lessons(struct time_estimator *estimator);
+
+/* As if those frames of another process on such a device had been noted here, but that programs and
+ * memory stay those of this process. NULL: none. */
+void time_estimator_learn(struct time_estimator *estimator, const json_t *lessons);
 
 /* The scene's programs were compiled ahead, those of the candidates of `auto`. */
 void time_estimator_note_warm(struct time_estimator *estimator, const char *scene);

@@ -127,23 +127,24 @@ static void send_totals(struct worker *worker)
 {
     struct mapped_scenes_totals totals = mapped_scenes_get_totals(worker->files.scenes);
     renderer_get_info(worker->renderer, &worker->info);
-    send_message(worker,
-                 json_pack("{s:s,s:o*,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}",
-                           "op", "totals", "lessons", worker_device_take_lessons(&worker->device),
-                           "timed", (json_int_t)worker->timing.timed, "timings_stopped",
-                           (json_int_t)worker->timing.stopped, "learned",
-                           (json_int_t)worker_device_keep_observations(&worker->device),
-                           "programs_built", (json_int_t)worker->info.programs_built,
-                           "programs_reused", (json_int_t)worker->info.programs_reused,
-                           "programs_loaded", (json_int_t)worker->info.programs_loaded,
-                           "programs_kept", (json_int_t)worker->info.programs_kept,
-                           "programs_kept_bytes", (json_int_t)worker->info.programs_kept_bytes,
-                           "gpu_used_bytes", (json_int_t)worker->info.used_bytes, "cache_bytes",
-                           (json_int_t)totals.bytes, "cache_scenes", (json_int_t)totals.scenes,
-                           "cache_hits", (json_int_t)totals.hits, "cache_misses",
-                           (json_int_t)totals.misses, "cache_evictions",
-                           (json_int_t)totals.evictions),
-                 NULL, 0);
+    send_message(
+        worker,
+        json_pack("{s:s,s:o*,s:o*,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}", "op",
+                  "totals", "lessons", worker_device_take_lessons(&worker->device), "times",
+                  time_estimator_take_lessons(worker->estimator), "timed",
+                  (json_int_t)worker->timing.timed, "timings_stopped",
+                  (json_int_t)worker->timing.stopped, "learned",
+                  (json_int_t)worker_device_keep_observations(&worker->device), "programs_built",
+                  (json_int_t)worker->info.programs_built, "programs_reused",
+                  (json_int_t)worker->info.programs_reused, "programs_loaded",
+                  (json_int_t)worker->info.programs_loaded, "programs_kept",
+                  (json_int_t)worker->info.programs_kept, "programs_kept_bytes",
+                  (json_int_t)worker->info.programs_kept_bytes, "gpu_used_bytes",
+                  (json_int_t)worker->info.used_bytes, "cache_bytes", (json_int_t)totals.bytes,
+                  "cache_scenes", (json_int_t)totals.scenes, "cache_hits", (json_int_t)totals.hits,
+                  "cache_misses", (json_int_t)totals.misses, "cache_evictions",
+                  (json_int_t)totals.evictions),
+        NULL, 0);
 }
 
 /* The frame is finished: takes the task. */
@@ -610,8 +611,11 @@ static void follow(struct worker *worker)
 }
 
 /* Frames of other workers count as its own. */
-static void learn(struct worker *worker, const json_t *lessons)
+static void learn(struct worker *worker, const json_t *lessons, const json_t *times)
 {
+    time_estimator_learn(worker->estimator, times);
+    if (!lessons)
+        return;
     retire(worker);
     worker_device_learn(&worker->device, lessons);
     send_totals(worker);
@@ -629,7 +633,8 @@ static bool serve(struct worker *worker, struct ipc_message *message)
     if (op && strcmp(op, "learned") == 0)
         follow(worker);
     if (op && strcmp(op, "lessons") == 0)
-        learn(worker, json_object_get(message->json, "lessons"));
+        learn(worker, json_object_get(message->json, "lessons"),
+              json_object_get(message->json, "times"));
     return !op || strcmp(op, "render") != 0 || serve_render(worker, message);
 }
 

@@ -3,6 +3,7 @@
 """The options of `vitrail render` become the JSON of the API; wrong ones never reach a server."""
 import hashlib
 import json
+import urllib.parse
 
 from cli_support import CliTest, glb, main
 
@@ -168,6 +169,24 @@ class RequestTest(CliTest):
             "nut": {"scene": nobody, "parent": "bolt/Thread",
                     "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1]}})
         self.assertIn(id_of(80), self.stub.scenes)
+
+    def test_a_part_says_which_scene_of_its_file_it_is_and_how_it_is_read(self):
+        bolt = self.write("bolt.glb", glb(80))
+        request = self.render_request(
+            "--part", f"a={bolt};scene=Night & day;pos=1,0,0",
+            "--part", f"b={bolt};unit=mm;up=z;deflection=0.1;scene=#1", "--part", f"c={bolt}")
+        queries = [urllib.parse.parse_qs(post.path.partition("?")[2])
+                   for post in self.stub.sent("POST", "/v1/scenes")[:2]]
+        for query in queries:
+            self.assertEqual(["bolt.glb"], query.pop("name"))
+        self.assertEqual(queries, [
+            {"scene": ["Night & day"]},
+            {"scene": ["#1"], "unit": ["mm"], "up": ["z"], "deflection": ["0.1"]}])
+        self.assertEqual([set(request["parts"][name]) for name in "abc"],
+                         [{"scene", "matrix"}, {"scene"}, {"scene"}])
+        _, err = self.run_cli("render", self.scene(), "-o", "out.png", "--part",
+                              f"a={'0' * 64};scene=Night", code=2)
+        self.assertIn("--part: scene= says how a FILE is read", err)
 
     def test_parts_of_the_base_may_be_files_and_options_go_over_them(self):
         bolt, nut = self.write("bolt.glb", glb(80)), self.write("nut.glb", glb(96))

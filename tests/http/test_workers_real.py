@@ -6,6 +6,7 @@ import concurrent.futures
 import glob
 import json
 import os
+import re
 import signal
 import struct
 import unittest
@@ -63,6 +64,36 @@ def wait_for(daemon, name):
     assert state() == "done"
     frames = daemon.request("GET", f"/v1/jobs/{name}/frames").json()["frames"]
     return {frame["frame"]: frame["files"][0]["sha256"] for frame in frames}
+
+
+def expected_times(daemon, scene, index, count):
+    """What that worker expected of each of so many frames, which it then drew."""
+    quality = {"shadows": "raytraced", "samples": 1, "budget_ms": 60000}
+    drawn, expected = workers(daemon, "rendered")[index], []
+    for step in range(count):
+        camera = {"eye": [step / 8, 2, 3], "target": [0, 0, 0]}
+        reply = daemon.render(scene, quality=quality, camera=camera, **SIZE)
+        report = re.match("<(.*?)>", reply.header("Link")).group(1)
+        expected.append(daemon.request("GET", report).json()["chosen"]["expected_ms"])
+    assert workers(daemon, "rendered")[index] == drawn + count
+    return expected
+
+
+def expected_by_second(daemon, scene, count):
+    """Likewise of the second worker, while the first one, which goes before it, stands still with
+    two frames that teach no times."""
+    first = workers(daemon, "pid")[0]
+    with concurrent.futures.ThreadPoolExecutor(2) as pool:
+        os.kill(first, signal.SIGSTOP)
+        try:
+            waiting = [pool.submit(daemon.render, scene, quality={"shadows": "raytraced"}, **SIZE)
+                       for _ in range(2)]
+            support.wait_until(lambda: workers(daemon, "in_flight") == [2, 0], "both wait")
+            expected = expected_times(daemon, scene, 1, count)
+        finally:
+            os.kill(first, signal.SIGCONT)
+        assert [one.result().status for one in waiting] == [200, 200]
+    return expected
 
 
 class TwoWorkers(unittest.TestCase):
@@ -156,6 +187,34 @@ class TwoWorkers(unittest.TestCase):
                 with open(learned, encoding="utf-8") as file:
                     self.assertGreaterEqual(json.load(file)["observations"], 3)
                 daemon.stop()
+
+    def test_times_of_every_worker_teach_all_others(self):
+        with support.tempfile.TemporaryDirectory() as state:
+            with start("--workers", "2", state_dir=state) as first:
+                scene = first.push(lit_floor())
+                first.render(scene, quality={"shadows": "auto"}, **SIZE)  # measures the device
+                first.stop()
+            speed, = glob.glob(f"{state}/cache/device-speed*.json")
+            with open(speed, encoding="utf-8") as file:
+                numbers = json.load(file)
+            with open(speed, "w", encoding="utf-8") as file:  # so that frames have much to teach
+                json.dump({key: value if key == "key" else 30 * value
+                           for key, value in numbers.items()}, file)
+            for is_first_taught in (True, False):
+                for kept in glob.glob(f"{state}/cache/budgets*.json"):
+                    os.remove(kept)
+                with start("--workers", "2", state_dir=state) as daemon:
+                    if is_first_taught:
+                        taught = expected_by_second(daemon, scene, 8)
+                        learned, = expected_times(daemon, scene, 0, 1)
+                    else:
+                        taught = expected_times(daemon, scene, 0, 8)
+                        learned, = expected_by_second(daemon, scene, 1)
+                    self.assertLess(2 * learned, taught[0], taught)
+                    daemon.stop()
+                kept, = glob.glob(f"{state}/cache/budgets*.json")
+                with open(kept, encoding="utf-8") as file:  # which the first one wrote
+                    self.assertEqual(9, json.load(file)["observations"])
 
 
 if __name__ == "__main__":

@@ -185,6 +185,7 @@ HOMES = [
     ("openssl/*", ["server/base/digest.c", "server/http/websocket_accept.c",
                     "clients/vitrail/resource.c"]),
     ("png.h", ["glb/*", "renderer/image/png_codec.c", "tests/*"]),
+    ("libdeflate.h", ["renderer/image/png_plain.c"]),
     ("jerror.h", ["renderer/image/jpeg_codec.c"]),
     ("jpeglib.h", ["renderer/image/jpeg_codec.c", "tests/unit/*"]),
     ("webp/*", ["renderer/image/webp_codec.c"]),

@@ -237,10 +237,12 @@ static void a_grid_is_chosen_by_its_name_or_place(void **state)
     static const struct {
         const char *scene;
         int shown;
-    } cases[] = {{NULL, 1}, {"flame", 0}, {"density", 1}, {"#0", 0}, {"#1", 1}, {"surface", 1}};
+    } cases[] = {{NULL, 1},  {"flame", 0}, {"density", 1}, {"#0", 0},     {"#1", 1},
+                 {"#00", 0}, {"#2", 1},    {"#0x0", 1},    {"surface", 1}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct converted out = make_scene("several", 1, 'y', cases[i].scene);
-        expect_scenes(&out, names, cases[i].shown); /* the importer refuses "surface" */
+        expect_scenes(&out, names, cases[i].shown); /* the importer refuses what no grid is called
+                                                     */
         assert_non_null(strstr(out.conversion.output.warnings,
                                cases[i].shown ? "?scene=flame" : "?scene=density"));
         finish(&out);

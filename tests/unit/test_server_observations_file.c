@@ -215,6 +215,33 @@ static void a_lesson_keeps_its_bits_and_bad_ones_are_none(void **state)
     free(text);
 }
 
+static void a_lesson_of_a_time_keeps_its_bits_and_bad_ones_are_none(void **state)
+{
+    (void)state;
+    const struct time_lesson lesson = {
+        .frame = {.terms = {1 / 3., 0}, .technique = SHADOWS_NONE, .view = UINT64_MAX - 5},
+        .took_ms = 1 / 7.,
+        .fresh_bytes = 4e8,
+        .has_compiled = true};
+    struct time_lesson read;
+    json_t *written = time_lesson_to_json(&lesson);
+    char *text = json_dumps(written, JSON_COMPACT);
+    json_t *json = json_loads(text, 0, NULL);
+    assert_true(time_lesson_from_json(json, &read));
+    assert_true(read.took_ms == lesson.took_ms && read.fresh_bytes == lesson.fresh_bytes);
+    assert_true(read.has_compiled && read.frame.technique == lesson.frame.technique);
+    assert_true(read.frame.view == lesson.frame.view);
+    assert_memory_equal(read.frame.terms, lesson.frame.terms, sizeof read.frame.terms);
+    json_object_set_new(json, "bytes", json_real(-1));
+    assert_false(time_lesson_from_json(json, &read));
+    json_object_del(written, "ms");
+    assert_false(time_lesson_from_json(written, &read));
+    assert_false(time_lesson_from_json(NULL, &read));
+    json_decref(json);
+    json_decref(written);
+    free(text);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -223,6 +250,7 @@ int main(void)
         cmocka_unit_test(what_observations_cannot_make_is_refused),
         cmocka_unit_test(no_more_than_a_file_of_ours_is_read),
         cmocka_unit_test(a_lesson_keeps_its_bits_and_bad_ones_are_none),
+        cmocka_unit_test(a_lesson_of_a_time_keeps_its_bits_and_bad_ones_are_none),
     };
     return cmocka_run_group_tests(tests, make_path, remove_path);
 }

@@ -212,6 +212,53 @@ static void what_times_taught_outlives_the_server(void **state)
     unlink(path);
 }
 
+/* Two workers on devices of one kind. Times are learned to the bit; which programs stand and what
+ * memory is there each knows of itself. */
+static void frames_of_another_process_teach_as_own_ones(void **state)
+{
+    struct time_estimator *one = *state, *other;
+    struct error err = {0};
+    *state = other = time_estimator_create(&err);
+    assert_non_null(other);
+    const struct time_estimator_frame rays = with(modelled, SHADOWS_RAYTRACED);
+    struct time_estimator_frame large = modelled;
+    large.bytes = 400e6;
+    assert_null(time_estimator_take_lessons(one));
+    for (int i = 0; i < 6; i++)
+        time_estimator_note(one, &rays, 300, false);
+    time_estimator_note(one, &modelled, 5000, true);
+    time_estimator_note(one, &modelled, 130, false);
+    time_estimator_note(one, &large, 300, false);
+    json_t *lessons = time_estimator_take_lessons(one);
+    assert_int_equal(json_array_size(lessons), 9);
+    assert_null(time_estimator_take_lessons(one)); /* each once */
+    time_estimator_learn(other, NULL);
+    time_estimator_learn(other, lessons);
+    assert_null(time_estimator_take_lessons(other)); /* they are not its own */
+    json_decref(lessons);
+    assert_true(time_estimator_expect(other, &rays) == time_estimator_expect(one, &rays));
+    assert_true(compile_ms(other) == compile_ms(one) && compile_ms(one) > 2500);
+    assert_true(time_estimator_expect(other, &modelled) >
+                time_estimator_expect(one, &modelled) + 2500);
+    time_estimator_note_warm(other, modelled.scene);
+    assert_true(time_estimator_expect(other, &modelled) == time_estimator_expect(one, &modelled));
+    assert_true(time_estimator_expect(other, &large) > time_estimator_expect(one, &large) + 100);
+    time_estimator_destroy(one);
+}
+
+static void lessons_that_nobody_takes_are_the_last_ones(void **state)
+{
+    struct time_estimator *estimator = *state;
+    for (int i = 1; i <= 40; i++)
+        time_estimator_note(estimator, &modelled, i, false);
+    json_t *lessons = time_estimator_take_lessons(estimator);
+    assert_int_equal(json_array_size(lessons), 16);
+    for (size_t i = 0; i < 16; i++)
+        assert_true(json_number_value(json_object_get(json_array_get(lessons, i), "ms")) ==
+                    25. + (double)i);
+    json_decref(lessons);
+}
+
 static void a_machine_is_never_quicker_than_alone(void **state)
 {
     (void)state;
@@ -231,6 +278,10 @@ int main(void)
         cmocka_unit_test_setup_teardown(senseless_frames_teach_nothing, create, destroy),
         cmocka_unit_test_setup_teardown(memory_to_be_made_is_counted_once, create, destroy),
         cmocka_unit_test_setup_teardown(what_times_taught_outlives_the_server, create, destroy),
+        cmocka_unit_test_setup_teardown(frames_of_another_process_teach_as_own_ones, create,
+                                        destroy),
+        cmocka_unit_test_setup_teardown(lessons_that_nobody_takes_are_the_last_ones, create,
+                                        destroy),
         cmocka_unit_test(a_machine_is_never_quicker_than_alone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

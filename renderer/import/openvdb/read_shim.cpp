@@ -131,10 +131,7 @@ size_t find_wanted(const openvdb::GridPtrVec &densities, const char *wanted)
     while (place < densities.size() &&
            json_string(name_of(*densities[place])) != json_string(wanted))
         place++;
-    if (place == densities.size())
-        for (place = 0; place < densities.size() && "#" + std::to_string(place) != wanted;)
-            place++;
-    return place;
+    return place < densities.size() ? place : scene_place(wanted, densities.size());
 }
 
 size_t choose(const openvdb::GridPtrVec &densities, const char *wanted, std::string *warnings)
