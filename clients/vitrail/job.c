@@ -9,13 +9,14 @@
 #include <sys/stat.h>
 
 #include "clients/vitrail/commands.h"
+#include "clients/vitrail/job_watch.h"
 #include "clients/vitrail/json_text.h"
 #include "clients/vitrail/request_json.h"
 #include "clients/vitrail/resource.h"
 #include "clients/vitrail/scene_defaults.h"
 #include "clients/vitrail/scene_source.h"
 
-enum { POLL_MS = 500, PAGE_FRAMES = 500, ID_DIGITS = 16 };
+enum { PAGE_FRAMES = 500, ID_DIGITS = 16 };
 
 struct job_options {
     struct common_options common;
@@ -190,20 +191,9 @@ static json_t *get_job(const struct job_call *call, const char *id, struct failu
     return session_get_json(call->session, path, "the job", failure);
 }
 
-static const char *text_of(const json_t *object, const char *key)
-{
-    const char *text = json_string_value(json_object_get(object, key));
-    return text ? text : "";
-}
-
 static json_int_t count_of(const json_t *job, const char *key)
 {
     return json_integer_value(json_object_get(json_object_get(job, "frames"), key));
-}
-
-static bool has_ended(const json_t *job)
-{
-    return json_is_string(json_object_get(job, "ended"));
 }
 
 /* "  after JOB and 2 more", or nothing. */
@@ -223,62 +213,32 @@ static void print_row(const json_t *job)
 {
     char id[32], state[16], name[256], waits[96];
     describe_waits(job, waits, sizeof waits);
-    bool is_paused = json_is_true(json_object_get(job, "paused")) && !has_ended(job);
-    text_copy_printable(id, sizeof id, text_of(job, "id"));
-    text_copy_printable(state, sizeof state, is_paused ? "paused" : text_of(job, "state"));
-    text_copy_printable(name, sizeof name, text_of(job, "name"));
+    bool is_paused = json_is_true(json_object_get(job, "paused")) && !job_has_ended(job);
+    text_copy_printable(id, sizeof id, job_text(job, "id"));
+    text_copy_printable(state, sizeof state, is_paused ? "paused" : job_text(job, "state"));
+    text_copy_printable(name, sizeof name, job_text(job, "name"));
     printf("%s  %-9s %6lld of %lld frames, %lld failed%s%s%s\n", id, state,
            (long long)count_of(job, "done"), (long long)count_of(job, "count"),
            (long long)count_of(job, "failed"), waits, *name ? "  " : "", name);
 }
 
-/* Nothing, 75 where the job can go on, 1 where frames failed. */
-static bool judge(const json_t *job, struct failure *failure)
-{
-    char why[FAILURE_MESSAGE_BYTES / 2];
-    const json_t *problem = json_object_get(job, "problem");
-    text_copy_printable(why, sizeof why,
-                        json_is_object(problem) ? text_of(problem, "detail")
-                                                : "no reason is known");
-    if (!strcmp(text_of(job, "state"), "done"))
-        return true;
-    if (!strcmp(text_of(job, "state"), "failed"))
-        return fail(failure, EXIT_CODE_REFUSED, "the job failed: %s", why);
-    if (!strcmp(text_of(job, "state"), "cancelled"))
-        return fail(failure, EXIT_CODE_REFUSED, "the job was cancelled%s%s",
-                    json_is_object(problem) ? ": " : "", json_is_object(problem) ? why : "");
-    if (!json_is_true(json_object_get(job, "paused")))
-        return fail(failure, EXIT_CODE_TEMPORARY, "the job has not begun: %s", why);
-    return fail(failure, EXIT_CODE_TEMPORARY, "the job is paused: %s", why);
-}
-
 /* Until the job has ended, or waits for somebody to resume it. Ctrl-C leaves the job as it is. */
 static bool watch_job(const struct job_call *call, const char *id, struct failure *failure)
 {
-    bool is_over = false, is_ok = true;
-    while (!is_over) {
-        json_t *job = get_job(call, id, failure);
-        if (!job)
-            return false;
-        progress_show(&call->session->progress, PROGRESS_STAGE_FRAMES,
-                      (uint64_t)(count_of(job, "done") + count_of(job, "failed")),
-                      (uint64_t)count_of(job, "count"));
-        is_over = has_ended(job) || ((json_is_true(json_object_get(job, "paused")) ||
-                                      !strcmp(text_of(job, "state"), "waiting")) &&
-                                     json_is_object(json_object_get(job, "problem")));
-        if (is_over) {
-            progress_hide(&call->session->progress);
-            if (call->options->common.json)
-                json_print(job, true);
-            else if (!call->options->common.quiet)
-                print_row(job);
-            is_ok = judge(job, failure);
-        } else if (!interrupt_sleep(&call->session->interrupt, POLL_MS, failure)) {
-            is_over = true;
-            is_ok = false;
-        }
-        json_decref(job);
-    }
+    char path[128];
+    snprintf(path, sizeof path, "/v1/jobs/%s", id);
+    const struct job_watch watch = {
+        .session = call->session, .path = path, .noun = "the job", .parts = "frames"};
+    json_t *job = job_watch_wait(&watch, failure);
+    if (!job)
+        return false;
+    progress_hide(&call->session->progress);
+    if (call->options->common.json)
+        json_print(job, true);
+    else if (!call->options->common.quiet)
+        print_row(job);
+    bool is_ok = job_watch_judge(&watch, job, failure);
+    json_decref(job);
     return is_ok;
 }
 
@@ -316,7 +276,7 @@ static bool submit(const struct job_call *call, struct failure *failure)
     free(text);
     progress_hide(&call->session->progress);
     char id[ID_DIGITS + 1];
-    snprintf(id, sizeof id, "%s", text_of(job, "id"));
+    snprintf(id, sizeof id, "%s", job_text(job, "id"));
     bool is_ok = job != NULL;
     if (job && call->options->common.json && !call->options->watch)
         json_print(job, true);
@@ -432,13 +392,13 @@ static bool fetch_file(const struct job_call *call, const json_t *file, bool *is
 {
     struct output_file output = {0};
     struct http_reply reply = {0};
-    const char *name = text_of(file, "file"), *href = text_of(file, "href");
+    const char *name = job_text(file, "file"), *href = job_text(file, "href");
     char *path = NULL;
     if (!*name || strchr(name, '/') || name[0] == '.' || href[0] != '/')
         return fail(failure, EXIT_CODE_UNAVAILABLE, "the server names a file that cannot be taken");
     if (asprintf(&path, "%s/%s", call->options->folder, name) < 0)
         return fail_no_memory(failure);
-    *is_new = !is_there(call, path, text_of(file, "sha256"));
+    *is_new = !is_there(call, path, job_text(file, "sha256"));
     bool is_ok = !*is_new ||
                  (output_file_open(&output, path, failure) &&
                   session_ask(call->session,

@@ -6,9 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "clients/vitrail/job_watch.h"
 #include "protocol/picture_tiles.h"
 
-enum { TILE_PX = 2048, POLL_MS = 500, PATH_BYTES = 128 };
+enum { TILE_PX = 2048, PATH_BYTES = 128 };
+
+static const char noun[] = "the job of tiles";
 
 bool picture_is_by_tiles(const json_t *request)
 {
@@ -58,8 +61,8 @@ static bool submit(struct session *session, const char *body, char path[PATH_BYT
         session,
         &(struct http_request){
             .method = "POST", .path = "/v1/jobs", .content_type = "application/json", .body = body},
-        "the job of tiles", &reply, failure);
-    json_t *job = is_ok ? reply_json(&reply, "the job of tiles", failure) : NULL;
+        noun, &reply, failure);
+    json_t *job = is_ok ? reply_json(&reply, noun, failure) : NULL;
     const char *id = json_string_value(json_object_get(job, "id"));
     snprintf(path, PATH_BYTES, "/v1/jobs/%.32s", id ? id : "");
     is_ok = job && (id || fail(failure, EXIT_CODE_UNAVAILABLE, "the server names no job"));
@@ -68,23 +71,12 @@ static bool submit(struct session *session, const char *body, char path[PATH_BYT
     return is_ok;
 }
 
-/* True in *is_over once it has ended, or waits for somebody. */
-static bool look(struct session *session, const char *path, bool *is_over, struct failure *failure)
+static bool wait(struct session *session, const char *path, struct failure *failure)
 {
-    json_t *job = session_get_json(session, path, "the job of tiles", failure);
-    const json_t *tiles = json_object_get(job, "tiles"), *problem = json_object_get(job, "problem");
-    const char *state = json_string_value(json_object_get(job, "state"));
-    const char *detail = json_string_value(json_object_get(problem, "detail"));
-    bool is_paused = json_is_true(json_object_get(job, "paused"));
-    if (!job)
-        return false;
-    progress_show(&session->progress, PROGRESS_STAGE_FRAMES,
-                  (uint64_t)json_integer_value(json_object_get(tiles, "done")),
-                  (uint64_t)json_integer_value(json_object_get(tiles, "count")));
-    *is_over = is_paused || json_is_string(json_object_get(job, "ended"));
-    bool is_ok = !*is_over || (state && !strcmp(state, "done")) ||
-                 fail(failure, is_paused ? EXIT_CODE_TEMPORARY : EXIT_CODE_REFUSED,
-                      "the picture was not made in tiles: %s", detail ? detail : "no reason");
+    const struct job_watch watch = {
+        .session = session, .path = path, .noun = noun, .parts = "tiles"};
+    json_t *job = job_watch_wait(&watch, failure);
+    bool is_ok = job && job_watch_judge(&watch, job, failure);
     json_decref(job);
     return is_ok;
 }
@@ -94,18 +86,15 @@ static bool wait_and_fetch(struct session *session, const char *path, struct out
 {
     struct http_reply reply = {0};
     char file[PATH_BYTES + 32];
-    bool is_over = false, is_ok = true;
-    while (is_ok && !is_over)
-        is_ok = look(session, path, &is_over, failure) &&
-                (is_over || interrupt_sleep(&session->interrupt, POLL_MS, failure));
     snprintf(file, sizeof file, "%s/frames/1/picture", path);
-    is_ok = is_ok && session_ask(session,
-                                 &(struct http_request){.method = "GET",
-                                                        .path = file,
-                                                        .accept = "*/*",
-                                                        .sink = image,
-                                                        .receiving = PROGRESS_STAGE_RECEIVE},
-                                 "the picture", &reply, failure);
+    bool is_ok = wait(session, path, failure) &&
+                 session_ask(session,
+                             &(struct http_request){.method = "GET",
+                                                    .path = file,
+                                                    .accept = "*/*",
+                                                    .sink = image,
+                                                    .receiving = PROGRESS_STAGE_RECEIVE},
+                             "the picture", &reply, failure);
     http_reply_finish(&reply);
     return is_ok;
 }
@@ -123,7 +112,7 @@ static void forget(struct session *session, const char *path)
         struct http_reply reply = {0};
         struct failure ignored = {0};
         (void)!session_ask(session, &(struct http_request){.method = "DELETE", .path = queries[i]},
-                           "the job of tiles", &reply, &ignored);
+                           noun, &reply, &ignored);
         http_reply_finish(&reply);
     }
     session->interrupt.signal = signal ? signal : session->interrupt.signal;
