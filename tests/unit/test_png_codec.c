@@ -195,7 +195,9 @@ static uint8_t *read_by_libpng(struct memory_file *file, size_t size_bytes)
         pixels = NULL;
     } else {
         png_set_read_fn(png, file, take);
+#ifdef PNG_IGNORE_ADLER32 /* a newer libpng may be built without */
         png_set_option(png, PNG_IGNORE_ADLER32, PNG_OPTION_ON);
+#endif
         png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, NULL, 0);
         png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, names, 2);
         png_read_info(png, info);
