@@ -27,7 +27,6 @@ enum {
     START_BYTES = 16,
     SUM_BYTES = 24,
     SPAN_BYTES = 8,
-    SIGN_BYTES = 4,
     SPAN_TILES_LEAST = 8,
     SPAN_TILES_MOST = 64,
     LOOP_STEPS = 60000, /* of an invocation: fewer than any device allows */
@@ -104,8 +103,10 @@ struct light_pass {
     float eye;   /* u_eye of volume.glsl */
     uint32_t stride;
     uint32_t first_group; /* of those that are counted */
-    uint32_t edges;       /* of the silhouette */
-    uint32_t turn, slot;  /* of a stencil: the group, and the point of each pixel */
+    const struct volume_chunk *casters;
+    size_t casters_at;   /* which of the chunks */
+    uint32_t edges;      /* of the silhouette */
+    uint32_t turn, slot; /* of a stencil: the group, and the point of each pixel */
 };
 
 static const struct gl_program *use(const struct light_pass *pass, enum volume_program program,
@@ -118,20 +119,26 @@ static const struct gl_program *use(const struct light_pass *pass, enum volume_p
     return volume_program_use(frame, form, program, err);
 }
 
+/* No more than a storage block takes: what grew may have more than is asked for. */
+static void bind_block(const struct light_pass *pass, enum volume_buffer buffer, uint32_t binding)
+{
+    gl_buffer_bind_storage_range(&pass->volumes->buffers[buffer], 0,
+                                 gl_limits_block(pass->chunk->frame->limits, 1), binding);
+}
+
 static void bind_geometry(const struct light_pass *pass, const struct gl_program *program)
 {
     static const struct {
-        int buffer;
+        enum volume_buffer buffer;
         uint32_t binding;
-    } bound[] = {{BUFFER_VERTICES, BIND_VOLUME_VERTICES}, {BUFFER_EDGES, BIND_VOLUME_EDGES},
-                 {BUFFER_SIDES, BIND_VOLUME_SIDES},       {BUFFER_TRIANGLES, BIND_VOLUME_TRIANGLES},
-                 {BUFFER_WEIGHTS, BIND_VOLUME_WEIGHTS},   {BUFFER_FACES, BIND_VOLUME_FACES},
-                 {BUFFER_SPANS, BIND_VOLUME_SPANS},       {BUFFER_STARTS, BIND_VOLUME_STARTS},
-                 {BUFFER_SMALL, BIND_VOLUME_SMALL},       {BUFFER_TILES, BIND_VOLUME_TILES},
-                 {BUFFER_SIGNS, BIND_VOLUME_SIGNS},       {BUFFER_REACH, BIND_VOLUME_REACH},
-                 {BUFFER_SUMS, BIND_VOLUME_SUMS},         {BUFFER_COUNTERS, BIND_STATISTICS}};
+    } bound[] = {{BUFFER_WEIGHTS, BIND_VOLUME_WEIGHTS}, {BUFFER_FACES, BIND_VOLUME_FACES},
+                 {BUFFER_SPANS, BIND_VOLUME_SPANS},     {BUFFER_STARTS, BIND_VOLUME_STARTS},
+                 {BUFFER_SMALL, BIND_VOLUME_SMALL},     {BUFFER_TILES, BIND_VOLUME_TILES},
+                 {BUFFER_REACH, BIND_VOLUME_REACH},     {BUFFER_SUMS, BIND_VOLUME_SUMS},
+                 {BUFFER_COUNTERS, BIND_STATISTICS}};
     for (size_t i = 0; i < sizeof bound / sizeof *bound; i++)
-        gl_buffer_bind_storage(&pass->volumes->buffers[bound[i].buffer], bound[i].binding);
+        bind_block(pass, bound[i].buffer, bound[i].binding);
+    volumes_bind_chunk(pass->volumes, pass->casters_at);
     gl_program_set_f4(program, "u_light", pass->at);
     gl_program_set_f(program, "u_eye", pass->eye);
     gl_program_set_u(program, "u_reach", pass->light * volumes_reach_words(pass->volumes->state));
@@ -142,16 +149,15 @@ static void bind_geometry(const struct light_pass *pass, const struct gl_program
 static void bind_points(const struct light_pass *pass, const struct gl_program *program)
 {
     struct traced_shadows *traced = pass->traced;
-    const struct volumes *volumes = pass->volumes;
     gl_buffer_bind_storage(&traced->points, BIND_TRACED_POINTS);
     gl_buffer_bind_storage(&traced->table, BIND_VOLUME_TABLE);
     gl_buffer_bind_storage(&traced->filters, BIND_VOLUME_FILTERS);
-    gl_buffer_bind_storage(&volumes->buffers[BUFFER_LIGHTS], BIND_VOLUME_LIGHTS);
-    gl_buffer_bind_storage(&volumes->buffers[BUFFER_STARTS], BIND_VOLUME_STARTS);
-    gl_buffer_bind_storage(&volumes->buffers[BUFFER_SUMS], BIND_VOLUME_SUMS);
-    gl_buffer_bind_storage(&volumes->buffers[BUFFER_COUNTERS], BIND_STATISTICS);
-    gl_buffer_bind_storage(&volumes->buffers[BUFFER_TILES], BIND_VOLUME_TILES);
-    gl_buffer_bind_storage(&volumes->buffers[BUFFER_GROUPS], BIND_VOLUME_GROUPS);
+    bind_block(pass, BUFFER_LIGHTS, BIND_VOLUME_LIGHTS);
+    bind_block(pass, BUFFER_STARTS, BIND_VOLUME_STARTS);
+    bind_block(pass, BUFFER_SUMS, BIND_VOLUME_SUMS);
+    bind_block(pass, BUFFER_COUNTERS, BIND_STATISTICS);
+    bind_block(pass, BUFFER_TILES, BIND_VOLUME_TILES);
+    bind_block(pass, BUFFER_GROUPS, BIND_VOLUME_GROUPS);
     light_lists_bind(pass->chunk->lists, program);
     gl_program_set_u(program, "u_points", (uint32_t)traced->window.count);
     gl_program_set_u2(program, "u_light_chunk", pass->chunk->first, pass->chunk->count);
@@ -208,31 +214,45 @@ static bool start_points(const struct light_pass *pass, struct error *err)
     return true;
 }
 
-/* The silhouette of the casters, and what light loses on its way to the eye. */
+static void take_chunk(struct light_pass *pass, size_t chunk)
+{
+    pass->casters_at = chunk;
+    pass->casters = &pass->volumes->casters.chunks[chunk];
+    pass->edges = 0; /* a lost context reads nothing */
+}
+
+/* On which side of all triangles the light is, and what it loses on its way to the eye. */
+static bool find_signs(struct light_pass *pass, struct error *err)
+{
+    const struct gl_program *program = use(pass, PROGRAM_SIGNS_OF_LIGHT, err);
+    if (!program)
+        return false;
+    gl_buffer_clear_u32(&pass->volumes->buffers[BUFFER_COUNTERS], 0, COUNTER_BYTES, 0);
+    for (size_t i = 0; i < pass->volumes->casters.chunk_count; i++) {
+        take_chunk(pass, i);
+        bind_geometry(pass, program);
+        gl_program_set_u(program, "u_triangles", (uint32_t)pass->casters->triangles.count);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+        window_dispatch_items(pass->casters->triangles.count);
+    }
+    return true;
+}
+
+/* The silhouette of a chunk of the casters; where faces are drawn, all its edges. */
 static bool find_edges(struct light_pass *pass, struct error *err)
 {
-    const struct volume_casters *casters = &pass->volumes->casters;
     struct gl_buffer *counters = &pass->volumes->buffers[BUFFER_COUNTERS];
-    const struct gl_program *program = use(pass, PROGRAM_SIGNS_OF_LIGHT, err);
-    pass->edges = 0; /* a lost context reads nothing */
+    const struct gl_program *program = use(pass, PROGRAM_EDGES_OF_LIGHT, err);
     if (!program)
         return false;
-    gl_buffer_clear_u32(counters, 0, COUNTER_BYTES, 0);
+    if (pass->casters_at > 0)
+        gl_buffer_clear_u32(counters, 4 * VOLUME_EDGES, 4, 0);
     bind_geometry(pass, program);
-    gl_program_set_u(program, "u_triangles", (uint32_t)casters->triangle_count);
+    gl_program_set_u(program, "u_edge_count", (uint32_t)pass->casters->edges.count);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    window_dispatch_items(casters->triangle_count);
-    if (volumes_draw_counts(pass->volumes))
-        return true;
-    program = use(pass, PROGRAM_EDGES_OF_LIGHT, err);
-    if (!program)
-        return false;
-    bind_geometry(pass, program);
-    gl_program_set_u(program, "u_edge_count", (uint32_t)casters->edge_count);
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    window_dispatch_items(casters->edge_count);
+    window_dispatch_items(pass->casters->edges.count);
     if (volume_form_is_drawn(pass->volumes->form)) {
-        pass->edges = (uint32_t)casters->edge_count;
+        pass->edges = (uint32_t)pass->casters->edges.count;
         return true;
     }
     gpu_timeline_will_wait(pass->chunk->frame->timeline);
@@ -312,7 +332,7 @@ static bool cover(const struct light_pass *pass, enum volume_program which, uint
         return false;
     bind_geometry(pass, program);
     if (which == PROGRAM_COVER_SMALL)
-        gl_buffer_bind_storage(&pass->volumes->buffers[BUFFER_SMALL], BIND_VOLUME_SPANS);
+        bind_block(pass, BUFFER_SMALL, BIND_VOLUME_SPANS);
     bind_pixels(pass, program);
     gl_program_set_u(program, "u_spans", count);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
@@ -325,7 +345,7 @@ static bool cross_faces(const struct light_pass *pass, struct error *err)
 {
     struct volumes *volumes = pass->volumes;
     uint64_t most = gl_limits_block(pass->chunk->frame->limits, SPAN_BYTES);
-    uint64_t count = pass->edges + volumes->casters.triangle_count, taken = count;
+    uint64_t count = pass->edges + pass->casters->triangles.count, taken = count;
     for (uint64_t first = 0; first < count;) {
         uint64_t end = first + taken < count ? first + taken : count;
         struct covered found;
@@ -350,16 +370,13 @@ static bool cross_faces(const struct light_pass *pass, struct error *err)
     return true;
 }
 
-/* All faces into pictures of half floats. */
+/* All faces of a chunk into pictures of half floats. */
 static bool draw_faces(const struct light_pass *pass, struct error *err)
 {
-    const struct window_frame *frame = pass->chunk->frame;
     struct volumes *volumes = pass->volumes;
-    uint64_t faces = pass->edges + volumes->casters.triangle_count;
-    uint64_t pixels = (uint64_t)frame->window.width * (uint32_t)frame->window.height;
+    uint64_t faces = pass->edges + pass->casters->triangles.count;
     const struct gl_program *program = use(pass, PROGRAM_FACES_OF_LIGHT, err);
-    if (!program ||
-        !volume_drawing_reserve(&volumes->drawing, frame->window.width, frame->window.height, err))
+    if (!program)
         return false;
     bind_geometry(pass, program);
     gl_program_set_u2(program, "u_faces", 0, (uint32_t)faces);
@@ -370,42 +387,56 @@ static bool draw_faces(const struct light_pass *pass, struct error *err)
         return false;
     bind_geometry(pass, program);
     bind_pixels(pass, program);
-    window_set_view_ray(frame, program);
+    window_set_view_ray(pass->chunk->frame, program);
     volume_drawing_draw(&volumes->drawing, volumes->form, faces);
+    return true;
+}
+
+static bool begin_pictures(const struct light_pass *pass, struct error *err)
+{
+    const struct window_frame *frame = pass->chunk->frame;
+    struct volumes *volumes = pass->volumes;
+    uint64_t pixels = (uint64_t)frame->window.width * (uint32_t)frame->window.height;
+    if (!volume_drawing_reserve(&volumes->drawing, frame->window.width, frame->window.height, err))
+        return false;
+    volume_drawing_clear(&volumes->drawing, volumes->form);
     volumes->most_drawn = pixels > volumes->most_drawn ? pixels : volumes->most_drawn;
     return true;
 }
 
 static bool draw_quads(const struct light_pass *pass, enum volume_program which, struct error *err)
 {
-    struct volumes *volumes = pass->volumes;
-    const struct volume_casters *casters = &volumes->casters;
+    const struct volume_chunk *casters = pass->casters;
     const struct gl_program *program = use(pass, which, err);
     if (!program)
         return false;
     bind_geometry(pass, program);
     bind_pixels(pass, program);
-    gl_buffer_bind_storage(&volumes->buffers[BUFFER_PARTS], BIND_VOLUME_PARTS);
-    gl_program_set_u(program, "u_edge_count", (uint32_t)casters->edge_count);
+    gl_program_set_u(program, "u_edge_count", (uint32_t)casters->edges.count);
     gl_program_set_u(program, "u_turn", pass->turn);
     gl_program_set_u(program, "u_slot", pass->slot);
     window_set_view_ray(pass->chunk->frame, program);
     volume_drawing_add_counts(volume_program_is_tessellated(which),
                               volume_program_is_of_edges(which)
-                                  ? casters->edge_count + casters->part_count
-                                  : casters->triangle_count);
+                                  ? casters->edges.count + casters->parts.count
+                                  : casters->triangles.count);
     return true;
 }
 
-static bool draw_all_quads(const struct light_pass *pass, struct error *err)
+static bool draw_all_quads(struct light_pass *pass, struct error *err)
 {
     const enum volume_program *programs = volume_programs_drawing(pass->volumes->drawn_by);
-    return draw_quads(pass, programs[0], err) &&
-           (programs[1] == VOLUME_PROGRAMS || draw_quads(pass, programs[1], err));
+    for (size_t i = 0; i < pass->volumes->casters.chunk_count; i++) {
+        take_chunk(pass, i);
+        if (!draw_quads(pass, programs[0], err) ||
+            (programs[1] != VOLUME_PROGRAMS && !draw_quads(pass, programs[1], err)))
+            return false;
+    }
+    return true;
 }
 
 /* All faces, by the stages that the form has. */
-static bool draw_counts(const struct light_pass *pass, struct error *err)
+static bool draw_counts(struct light_pass *pass, struct error *err)
 {
     struct volumes *volumes = pass->volumes;
     const struct window_frame *frame = pass->chunk->frame;
@@ -426,8 +457,8 @@ static bool add_stencil(const struct light_pass *pass, uint32_t way, struct erro
     if (!program)
         return false;
     bind_pixels(pass, program);
-    gl_buffer_bind_storage(&volumes->buffers[BUFFER_SUMS], BIND_VOLUME_SUMS);
-    gl_buffer_bind_storage(&volumes->buffers[BUFFER_COUNTERS], BIND_STATISTICS);
+    bind_block(pass, BUFFER_SUMS, BIND_VOLUME_SUMS);
+    bind_block(pass, BUFFER_COUNTERS, BIND_STATISTICS);
     gl_texture_bind(&volumes->drawing.stencil, UNIT_VOLUME_STENCIL);
     gl_program_set_u(program, "u_turn", pass->turn);
     gl_program_set_u(program, "u_slot", pass->slot);
@@ -440,7 +471,7 @@ static bool add_stencil(const struct light_pass *pass, uint32_t way, struct erro
 /* One group of casters and one point of each pixel at a time. A group of so few triangles that the
  * stencil can count them all goes at once, up at front faces and down at back faces. Of a larger
  * one both are counted for themselves, as far as the stencil can. */
-static bool draw_stencil_of(const struct light_pass *pass, struct error *err)
+static bool draw_stencil_of(struct light_pass *pass, struct error *err)
 {
     static const GLenum ways[][2] = {
         {GL_INCR_WRAP, GL_DECR_WRAP}, {GL_INCR, GL_KEEP}, {GL_KEEP, GL_INCR}};
@@ -482,12 +513,19 @@ static bool draw_stencil(struct light_pass *pass, struct error *err)
 
 static bool cross(struct light_pass *pass, struct error *err)
 {
-    if (volume_form_is_drawn(pass->volumes->form))
-        return draw_faces(pass, err);
-    if (!volumes_draw_counts(pass->volumes))
-        return cross_faces(pass, err);
-    return pass->volumes->drawn_by == VIEW_SILHOUETTE_STENCIL ? draw_stencil(pass, err)
-                                                              : draw_counts(pass, err);
+    const struct volumes *volumes = pass->volumes;
+    bool is_drawn = volume_form_is_drawn(volumes->form);
+    if (volumes_draw_counts(volumes))
+        return volumes->drawn_by == VIEW_SILHOUETTE_STENCIL ? draw_stencil(pass, err)
+                                                            : draw_counts(pass, err);
+    if (is_drawn && !begin_pictures(pass, err))
+        return false;
+    for (size_t i = 0; i < volumes->casters.chunk_count; i++) {
+        take_chunk(pass, i);
+        if (!find_edges(pass, err) || !(is_drawn ? draw_faces(pass, err) : cross_faces(pass, err)))
+            return false;
+    }
+    return true;
 }
 
 static bool write_filters(const struct light_pass *pass, struct error *err)
@@ -511,7 +549,7 @@ static bool find_light(struct light_pass *pass, struct error *err)
     volumes_place_light(pass->volumes, pass->light, pass->at, &pass->eye);
     pass->first_group = 0;
     do {
-        if (!find_edges(pass, err) || !start_points(pass, err) || !cross(pass, err) ||
+        if (!find_signs(pass, err) || !start_points(pass, err) || !cross(pass, err) ||
             !write_filters(pass, err))
             return false;
         pass->first_group += VOLUME_BATCH;
@@ -533,12 +571,10 @@ static bool find_lights(struct light_pass *pass, struct error *err)
     return true;
 }
 
-/* Faces that are listed before ways cross them. */
+/* Faces that are listed at once, before ways cross them. */
 static uint64_t listed_faces(const struct volumes *volumes)
 {
-    return volumes_draw_counts(volumes)
-               ? 0
-               : volumes->casters.edge_count + volumes->casters.triangle_count;
+    return volumes_draw_counts(volumes) ? 0 : volumes->most_faces;
 }
 
 static bool find(struct traced_shadows *traced, const struct shadow_chunk *chunk,
@@ -556,7 +592,7 @@ static bool find(struct traced_shadows *traced, const struct shadow_chunk *chunk
         !volumes_reserve(volumes, BUFFER_STARTS, points * START_BYTES, err) ||
         !volumes_reserve(volumes, BUFFER_SUMS, points * SUM_BYTES, err) ||
         !volumes_reserve(volumes, BUFFER_FACES, faces * VOLUME_FACE_BYTES, err) ||
-        !volumes_reserve(volumes, BUFFER_SIGNS, volumes->casters.triangle_count * SIGN_BYTES,
+        !volumes_reserve(volumes, BUFFER_SIGNS, volumes_triangle_bytes(volumes, VOLUME_SIGN_BYTES),
                          err) ||
         !volumes_reserve(volumes, BUFFER_SMALL, faces * SPAN_BYTES, err) ||
         !volumes_reserve(volumes, BUFFER_TILES, tiles * TILE_BYTES, err) ||
@@ -581,7 +617,7 @@ static uint64_t frame_bytes(const struct volumes *volumes)
     return casters->vertex_count * 4 * sizeof(float) +
            listed_faces(volumes) * (VOLUME_FACE_BYTES + SPAN_BYTES) +
            casters->edge_count * sizeof *casters->edges +
-           casters->triangle_count * (sizeof *casters->triangles + SIGN_BYTES) +
+           casters->triangle_count * (sizeof *casters->triangles + VOLUME_SIGN_BYTES) +
            casters->side_count * sizeof *casters->sides +
            casters->part_count * sizeof *casters->parts +
            state->item_count * sizeof(struct volume_weight) +

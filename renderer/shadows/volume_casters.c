@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Vertices are found by their position's bits, edges by sorting. */
+/* Vertices are found by their position's bits. */
 #include "renderer/shadows/volume_casters.h"
 
 #include <math.h>
@@ -8,8 +8,7 @@
 
 #include "renderer/scene/polygon_clip.h"
 #include "renderer/shadows/caster_filter.h"
-
-#include "shaders/shared/bindings.h"
+#include "renderer/shadows/volume_chunks.h"
 
 struct content_key volume_casters_key(const struct scene_state *state, const char *scene_key)
 {
@@ -186,90 +185,15 @@ static bool add_item(struct building *building, const struct scene_state *state,
     return true;
 }
 
-/* ---- edges ---- */
-
-struct half_edge {
-    uint32_t low, high, opposite, triangle;
-};
-
-static int compare(const void *a, const void *b)
-{
-    const struct half_edge *x = a, *y = b;
-    if (x->low != y->low)
-        return x->low < y->low ? -1 : 1;
-    if (x->high != y->high)
-        return x->high < y->high ? -1 : 1;
-    if (x->opposite != y->opposite)
-        return x->opposite < y->opposite ? -1 : 1;
-    return x->triangle < y->triangle ? -1 : x->triangle > y->triangle;
-}
-
-static uint32_t parts_of(const uint32_t edge[4])
-{
-    return (edge[3] - 1) / VOLUME_PATCH_QUADS;
-}
-
-static bool find_parts(struct volume_casters *casters, struct error *err)
-{
-    size_t count = 0;
-    for (size_t i = 0; i < casters->edge_count; i++)
-        count += parts_of(casters->edges[i]);
-    casters->parts = malloc((count + 1) * sizeof *casters->parts);
-    if (!casters->parts)
-        return error_set(err, ERROR_NO_MEMORY, "%zu parts of edges", count);
-    for (size_t i = 0; i < casters->edge_count; i++)
-        for (uint32_t k = 1; k <= parts_of(casters->edges[i]); k++) {
-            uint32_t *part = casters->parts[casters->part_count++];
-            part[0] = (uint32_t)i;
-            part[1] = k;
-        }
-    return true;
-}
-
-static bool find_edges(struct volume_casters *casters, struct error *err)
-{
-    size_t count = 3 * casters->triangle_count;
-    struct half_edge *halves = malloc((count + 1) * sizeof *halves);
-    casters->sides = malloc((count + 1) * sizeof *casters->sides);
-    casters->edges = calloc(count + 1, sizeof *casters->edges);
-    if (!halves || !casters->sides || !casters->edges) {
-        free(halves);
-        return error_set(err, ERROR_NO_MEMORY, "%zu edges of shadow volumes", count);
-    }
-    for (size_t i = 0; i < casters->triangle_count; i++) {
-        const uint32_t *t = casters->triangles[i];
-        halves[3 * i] = (struct half_edge){t[0], t[1], t[2], (uint32_t)i};
-        halves[3 * i + 1] = (struct half_edge){t[0], t[2], t[1], (uint32_t)i};
-        halves[3 * i + 2] = (struct half_edge){t[1], t[2], t[0], (uint32_t)i};
-    }
-    qsort(halves, count, sizeof *halves, compare);
-    for (size_t i = 0; i < count; i++) {
-        const struct half_edge *half = &halves[i];
-        if (!i || half->low != half[-1].low || half->high != half[-1].high) {
-            uint32_t *edge = casters->edges[casters->edge_count++];
-            edge[0] = half->low;
-            edge[1] = half->high;
-            edge[2] = (uint32_t)i;
-            edge[3] = 0;
-        }
-        casters->edges[casters->edge_count - 1][3]++;
-        casters->sides[i][0] = half->opposite;
-        casters->sides[i][1] = half->triangle;
-    }
-    casters->side_count = count;
-    free(halves);
-    return find_parts(casters, err);
-}
-
 bool volume_casters_init(struct volume_casters *casters, const struct scene_state *state,
-                         struct error *err)
+                         uint64_t faces_most, struct error *err)
 {
     struct building building = {.casters = casters};
     bool ok = true;
     for (size_t i = 0; ok && i < state->item_count; i++)
         ok = !state->items[i].casts_shadow || add_item(&building, state, i, err);
     free(building.slots);
-    ok = ok && find_edges(casters, err);
+    ok = ok && volume_chunks_find(casters, faces_most, err);
     if (!ok)
         volume_casters_finish(casters);
     return ok;
@@ -282,6 +206,7 @@ void volume_casters_finish(struct volume_casters *casters)
     free(casters->sides);
     free(casters->triangles);
     free(casters->parts);
+    free(casters->chunks);
     *casters = (struct volume_casters){.vertices = NULL};
 }
 

@@ -7,6 +7,17 @@
 #include "renderer/base/content_key.h"
 #include "renderer/scene/scene_state.h"
 
+struct volume_range {
+    size_t first, count;
+};
+
+/* Triangles that the device takes at once, with all that they need. Numbers of vertices, sides,
+ * triangles and edges are those within the chunk. An edge between triangles of several chunks is
+ * in each of these, with the sides that are there: what it counts is the sum. */
+struct volume_chunk {
+    struct volume_range vertices, edges, sides, triangles, parts;
+};
+
 /* Vertices of equal position are one, so that neighbours share their edges. All numbers of vertices
  * rise: that order is the one in which all programs look at an edge or a triangle, and so get the
  * same bits. Any soup of triangles will do; edges may have any number of them. */
@@ -19,13 +30,17 @@ struct volume_casters {       /* zeroed: none */
     uint32_t (*parts)[2];     /* of edges with more sides than VOLUME_PATCH_QUADS: the edge, which
                                  patch of them, from the second on */
     size_t vertex_count, edge_count, side_count, triangle_count, part_count;
+    struct volume_chunk *chunks; /* in the order of all arrays; one at least */
+    size_t chunk_count;
 };
 
 /* scene_key: of the scene in memory. */
 struct content_key volume_casters_key(const struct scene_state *state, const char *scene_key);
-/* Takes all that casts shadows in the state, as its clip planes leave it. casters: zeroed. */
+/* Takes all that casts shadows in the state, as its clip planes leave it. casters: zeroed.
+ * faces_most: edges and triangles of a chunk together; at least VOLUME_FACES_LEAST. */
 MUST_CHECK bool volume_casters_init(struct volume_casters *casters, const struct scene_state *state,
-                                    struct error *err);
+                                    uint64_t faces_most, struct error *err);
+enum { VOLUME_FACES_LEAST = 4 }; /* of one triangle */
 void volume_casters_finish(struct volume_casters *casters);
 
 /* What light loses to an item: -log2 of each channel's transmittance in units of

@@ -66,14 +66,19 @@ static void set_blending(enum volume_form form)
         glBlendFunc(GL_ONE, GL_ONE);
 }
 
-void volume_drawing_draw(const struct volume_drawing *drawing, enum volume_form form,
-                         uint64_t faces)
+void volume_drawing_clear(const struct volume_drawing *drawing, enum volume_form form)
 {
     const GLfloat none = form == VOLUME_PRODUCTS, clear[4] = {none, none, none, none};
     set_state(drawing->maps[0].width, drawing->maps[0].height);
-    set_blending(form);
     for (int i = 0; i < 2; i++)
         glClearNamedFramebufferfv(drawing->target.name, GL_COLOR, i, clear);
+}
+
+void volume_drawing_draw(const struct volume_drawing *drawing, enum volume_form form,
+                         uint64_t faces)
+{
+    set_state(drawing->maps[0].width, drawing->maps[0].height);
+    set_blending(form);
     glBindFramebuffer(GL_FRAMEBUFFER, drawing->target.name);
     glBindVertexArray(drawing->corners.name);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);

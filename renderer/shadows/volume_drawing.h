@@ -13,8 +13,9 @@ bool volume_form_is_drawn(enum volume_form form);
 /* Room for the pictures of a window; none has changed where it has this size already. */
 MUST_CHECK bool volume_drawing_reserve(struct volume_drawing *drawing, int width, int height,
                                        struct error *err);
-/* Draws the first faces with the program in use, whose buffers are bound, onto a picture in which
- * no way has gained anything. */
+/* Makes the pictures such that no way has gained anything. */
+void volume_drawing_clear(const struct volume_drawing *drawing, enum volume_form form);
+/* Draws the first faces with the program in use, whose buffers are bound, onto the pictures. */
 void volume_drawing_draw(const struct volume_drawing *drawing, enum volume_form form,
                          uint64_t faces);
 /* Draws into a window without pictures from now on, or with a stencil alone. */

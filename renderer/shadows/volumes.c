@@ -2,12 +2,16 @@
 /* Casters are uploaded where they changed, the rest in each frame. */
 #include "renderer/shadows/volumes.h"
 
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "renderer/base/matrix.h"
 #include "renderer/base/wall_clock.h"
 #include "renderer/shadows/shadow_traced.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/bindings.h"
 
 static const char *const labels[VOLUME_BUFFERS] = {
     [BUFFER_VERTICES] = "shadow.volume.vertices", [BUFFER_EDGES] = "shadow.volume.edges",
@@ -49,17 +53,54 @@ bool volumes_reserve(struct volumes *volumes, enum volume_buffer buffer, uint64_
 
 /* ---- the casters ---- */
 
-static bool check_room(const struct volume_casters *casters, const struct gl_limits *limits,
-                       struct error *err)
+/* Chunks begin where a block may begin. In a buffer with `bytes` for each element. */
+static uint64_t chunk_place(size_t chunk, const struct volume_range *range, uint64_t bytes)
 {
-    uint64_t most = gl_limits_block(limits, VOLUME_FACE_BYTES);
-    uint64_t faces = casters->edge_count + casters->triangle_count;
-    return faces <= most ||
-           error_set(err, ERROR_OVER_BUDGET,
-                     "shadow volumes of %llu edges and triangles, and a storage block of %llu "
-                     "bytes has room for %llu",
-                     (unsigned long long)faces, (unsigned long long)limits->max_storage_block_bytes,
-                     (unsigned long long)most);
+    uint64_t place = range->first * bytes + chunk * GL_BUFFER_ALIGNMENT;
+    return place - place % GL_BUFFER_ALIGNMENT;
+}
+
+/* Of a buffer for all chunks, of which the last may have nothing, and is bound all the same. */
+static uint64_t chunked_bytes(const struct volume_casters *casters, size_t count, uint64_t bytes)
+{
+    return count * bytes +
+           (casters->chunk_count > 1 ? casters->chunk_count * GL_BUFFER_ALIGNMENT : 0);
+}
+
+uint64_t volumes_triangle_bytes(const struct volumes *volumes, uint64_t bytes)
+{
+    return chunked_bytes(&volumes->casters, volumes->casters.triangle_count, bytes);
+}
+
+static const struct chunked {
+    enum volume_buffer buffer;
+    uint32_t binding, bytes;
+    size_t range; /* its place in a chunk */
+} chunked[] = {
+    {BUFFER_VERTICES, BIND_VOLUME_VERTICES, 16, offsetof(struct volume_chunk, vertices)},
+    {BUFFER_EDGES, BIND_VOLUME_EDGES, 16, offsetof(struct volume_chunk, edges)},
+    {BUFFER_SIDES, BIND_VOLUME_SIDES, 8, offsetof(struct volume_chunk, sides)},
+    {BUFFER_TRIANGLES, BIND_VOLUME_TRIANGLES, 16, offsetof(struct volume_chunk, triangles)},
+    {BUFFER_SIGNS, BIND_VOLUME_SIGNS, VOLUME_SIGN_BYTES, offsetof(struct volume_chunk, triangles)},
+    {BUFFER_PARTS, BIND_VOLUME_PARTS, 8, offsetof(struct volume_chunk, parts)}, /* the last */
+};
+enum { CHUNKED = sizeof chunked / sizeof *chunked };
+
+static const struct volume_range *range_of(const struct volume_chunk *chunk,
+                                           const struct chunked *kind)
+{
+    return (const struct volume_range *)((const char *)chunk + kind->range);
+}
+
+void volumes_bind_chunk(const struct volumes *volumes, size_t chunk)
+{
+    for (int i = 0; i < (volumes_draw_counts(volumes) ? CHUNKED : CHUNKED - 1); i++) {
+        const struct chunked *kind = &chunked[i];
+        const struct volume_range *range = range_of(&volumes->casters.chunks[chunk], kind);
+        gl_buffer_bind_storage_range(
+            &volumes->buffers[kind->buffer], chunk_place(chunk, range, kind->bytes),
+            (range->count ? range->count : 1) * kind->bytes, kind->binding);
+    }
 }
 
 static bool take_casters(struct volumes *volumes, const struct shadow_finding *finding,
@@ -72,25 +113,46 @@ static bool take_casters(struct volumes *volumes, const struct shadow_finding *f
         return true;
     volumes->is_uploaded = false;
     volume_casters_finish(casters);
-    if (!volume_casters_init(casters, volumes->state, err) ||
-        !check_room(casters, finding->limits, err))
+    if (!volume_casters_init(casters, volumes->state,
+                             gl_limits_block(finding->limits, VOLUME_FACE_BYTES), err))
         return false;
+    volumes->most_faces = 0;
+    for (size_t i = 0; i < casters->chunk_count; i++) {
+        uint64_t faces = casters->chunks[i].edges.count + casters->chunks[i].triangles.count;
+        volumes->most_faces = faces > volumes->most_faces ? faces : volumes->most_faces;
+    }
     casters->key = key;
+    return true;
+}
+
+static bool upload_chunks(struct volumes *volumes, enum volume_buffer buffer, const void *data,
+                          size_t count, struct error *err)
+{
+    const struct volume_casters *casters = &volumes->casters;
+    const struct chunked *kind = chunked;
+    while (kind->buffer != buffer)
+        kind++;
+    if (!reserve(volumes, buffer, chunked_bytes(casters, count, kind->bytes), true, err))
+        return false;
+    for (size_t i = 0; i < casters->chunk_count; i++) {
+        const struct volume_range *range = range_of(&casters->chunks[i], kind);
+        gl_buffer_write(&volumes->buffers[buffer], chunk_place(i, range, kind->bytes),
+                        range->count * kind->bytes,
+                        (const char *)data + range->first * kind->bytes);
+    }
     return true;
 }
 
 static bool upload_casters(struct volumes *volumes, struct error *err)
 {
     const struct volume_casters *casters = &volumes->casters;
-    volumes->is_uploaded = volumes->is_uploaded ||
-                           (upload(volumes, BUFFER_EDGES, casters->edges,
-                                   casters->edge_count * sizeof *casters->edges, err) &&
-                            upload(volumes, BUFFER_SIDES, casters->sides,
-                                   casters->side_count * sizeof *casters->sides, err) &&
-                            upload(volumes, BUFFER_TRIANGLES, casters->triangles,
-                                   casters->triangle_count * sizeof *casters->triangles, err) &&
-                            upload(volumes, BUFFER_PARTS, casters->parts,
-                                   casters->part_count * sizeof *casters->parts, err));
+    volumes->is_uploaded =
+        volumes->is_uploaded ||
+        (upload_chunks(volumes, BUFFER_EDGES, casters->edges, casters->edge_count, err) &&
+         upload_chunks(volumes, BUFFER_SIDES, casters->sides, casters->side_count, err) &&
+         upload_chunks(volumes, BUFFER_TRIANGLES, casters->triangles, casters->triangle_count,
+                       err) &&
+         upload_chunks(volumes, BUFFER_PARTS, casters->parts, casters->part_count, err));
     return volumes->is_uploaded;
 }
 
@@ -110,7 +172,7 @@ static bool upload_vertices(struct volumes *volumes, struct error *err)
             placed[i][k] = (float)vec3_dot(axes[k], offset);
         placed[i][3] = 1;
     }
-    bool ok = upload(volumes, BUFFER_VERTICES, placed, casters->vertex_count * sizeof *placed, err);
+    bool ok = upload_chunks(volumes, BUFFER_VERTICES, placed, casters->vertex_count, err);
     free(placed);
     return ok;
 }

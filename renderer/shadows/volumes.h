@@ -11,6 +11,7 @@
 enum {
     VOLUME_BATCH = 6, /* groups that are counted at once */
     VOLUME_FACE_BYTES = 32,
+    VOLUME_SIGN_BYTES = 4,
 };
 
 /* Those before BUFFER_FACES are the frame's, the others a window's. */
@@ -57,7 +58,8 @@ struct volume_drawing {
 struct volumes {
     struct volume_casters casters; /* kept while their key is the same */
     struct gl_buffer buffers[VOLUME_BUFFERS];
-    bool is_uploaded; /* edges, sides and triangles are those of the casters */
+    bool is_uploaded;    /* edges, sides and triangles are those of the casters */
+    uint64_t most_faces; /* of a chunk of the casters */
     uint64_t span_room;
     struct volume_drawing drawing;
 
@@ -86,6 +88,10 @@ MUST_CHECK bool volumes_begin(struct volumes *volumes, const struct shadow_findi
 /* Room in a buffer of a window. */
 MUST_CHECK bool volumes_reserve(struct volumes *volumes, enum volume_buffer buffer, uint64_t bytes,
                                 struct error *err);
+/* Of a buffer that holds something of each triangle, chunk by chunk. */
+uint64_t volumes_triangle_bytes(const struct volumes *volumes, uint64_t bytes);
+/* Binds what a chunk of the casters has of the frame's buffers, and of BUFFER_SIGNS. */
+void volumes_bind_chunk(const struct volumes *volumes, size_t chunk);
 uint32_t volumes_reach_words(const struct scene_state *state); /* of a light */
 /* at: in view space, homogeneous; eye: u_eye of volume.glsl. */
 void volumes_place_light(const struct volumes *volumes, uint32_t light, float at[4], float *eye);
