@@ -8,7 +8,12 @@
 
 #include "shaders/shared/bindings.h"
 
-enum { FACE_CORNERS = 6 };
+enum {
+    FACE_CORNERS = 6,
+    /* llvmpipe loses faces of a draw whose patches become more vertices than 16 bits number; an
+     * edge's has 128 */
+    PATCHES_AT_ONCE = 512,
+};
 
 bool volume_form_is_drawn(enum volume_form form)
 {
@@ -144,10 +149,12 @@ void volume_drawing_begin_stencil(const struct volume_drawing *drawing, uint32_t
 
 void volume_drawing_add_counts(bool is_tessellated, uint64_t patches)
 {
+    uint64_t most = is_tessellated ? PATCHES_AT_ONCE : patches;
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     glPatchParameteri(GL_PATCH_VERTICES, 1);
-    if (patches)
-        glDrawArrays(is_tessellated ? GL_PATCHES : GL_POINTS, 0, (GLsizei)patches);
+    for (uint64_t first = 0; first < patches; first += most)
+        glDrawArrays(is_tessellated ? GL_PATCHES : GL_POINTS, (GLint)first,
+                     (GLsizei)(patches - first < most ? patches - first : most));
 }
 
 void volume_drawing_end_counts(void)

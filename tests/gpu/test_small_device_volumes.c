@@ -26,13 +26,16 @@ static const struct shot {
     /* of all scenes, under both lights */
     {"volume", {.shadows = SHADOWS_VOLUME}, false},
     {"compute", {.shadows = SHADOWS_SILHOUETTE}, false},
-    /* of some, under the first */
+    /* of some, under the first: those of single triangles take 40 s for so many in one pass */
     {"volume, four samples", {.shadows = SHADOWS_VOLUME, .samples = 4}, false},
     {"geometry",
      {.shadows = SHADOWS_SILHOUETTE, .silhouette_form = VIEW_SILHOUETTE_GEOMETRY},
      false},
     {"tessellation",
      {.shadows = SHADOWS_SILHOUETTE, .silhouette_form = VIEW_SILHOUETTE_TESSELLATION},
+     false},
+    {"two passes",
+     {.shadows = SHADOWS_SILHOUETTE, .silhouette_form = VIEW_SILHOUETTE_TRIANGLES_TWO_PASS},
      false},
     {"stencil", {.shadows = SHADOWS_SILHOUETTE, .silhouette_form = VIEW_SILHOUETTE_STENCIL}, false},
     {"logarithms", {.shadows = SHADOWS_VOLUME, .faithful = true}, true},
@@ -41,7 +44,7 @@ static const struct shot {
      true},
 };
 enum { SHOTS = sizeof shots / sizeof *shots, QUICK = 2 * LIGHTS, PICTURES = SHOTS + QUICK - 2 };
-enum { FOR_SPHERES = 3 }; /* the last ones */
+enum { FOR_SPHERES = 4 }; /* the last ones */
 
 static int add_material(struct glb_builder *builder, int color)
 {
