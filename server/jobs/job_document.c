@@ -121,7 +121,9 @@ static json_t *waits_for_to_json(const struct farm_job *job)
 static json_t *problem_to_json(const struct farm_job *job)
 {
     const struct error *problem = &job->record.problem;
-    if (problem->code == ERROR_NONE && farm_job_is_waiting(job) && job->broken)
+    /* One that does not wait on is cancelled in a moment, and has its problem then. */
+    if (problem->code == ERROR_NONE && farm_job_is_waiting(job) && job->broken &&
+        job->request.after_failure == JOB_AFTER_FAILURE_WAIT)
         problem = &job->broken_why;
     return problem->code == ERROR_NONE ? json_null()
                                        : problem_to_object(problem->code, problem->message);

@@ -91,8 +91,12 @@ class JobOrder(JobTest):
         self.daemon.request("DELETE", f"/v1/jobs/{first}")
         self.assertIn("was cancelled", self.wait(after, "cancelled")["problem"]["detail"])
         self.wait(either)
-        late = self.submit(scene, "1", after=[first])
-        self.wait(late, "cancelled")
+        for _ in range(5): # a moment later it is cancelled: who watches must not take it for waiting
+            late = self.daemon.request("POST", "/v1/jobs", body_of(scene, "1", after=[first])).json()
+            found = self.job(late["id"])
+            for seen in (late, found):
+                self.assertEqual(seen["state"] == "cancelled", seen["problem"] is not None)
+            self.wait(late["id"], "cancelled")
 
     def test_what_is_not_there_or_named_wrongly_is_refused(self):
         scene = self.daemon.push(moving())
