@@ -69,6 +69,9 @@ class Slurm:
                                             ports=support.free_ports(3)))
         self.environment = {**os.environ, "SLURM_CONF": self.path,
                             "PATH": os.environ["PATH"] + ":/usr/sbin"}
+        if self.version() >= (23, 11): # before, no control groups are asked for unless configured
+            with open(os.path.join(folder, "cgroup.conf"), "w", encoding="utf-8") as file:
+                file.write("CgroupPlugin=disabled\n") # a container may have none
         key = os.path.join(folder, "munge.key")
         subprocess.run(["mungekey", "--create", "--keyfile", key], env=self.environment,
                        check=True)
@@ -83,6 +86,9 @@ class Slurm:
         self.start_node("n2")
         support.wait_until(lambda: self.run("sinfo", "-h", "-o", "%T %D").split() == ["idle", "2"],
                            "both nodes are idle", 60)
+
+    def version(self):
+        return tuple(int(part) for part in self.run("slurmd", "-V").split()[1].split(".")[:2])
 
     def start(self, *command, name=None):
         with open(os.path.join(self.folder, f"{name or command[0]}.out"), "wb") as log:
