@@ -42,7 +42,7 @@ static bool is_letter(uint8_t byte)
     return (byte | 32) >= 'a' && (byte | 32) <= 'z';
 }
 
-/* The chunk at *at, which moves behind it. False: the file has no whole one there. */
+/* The chunk at *at, which moves behind it. False: the file has no whole one there, or an odd one. */
 static bool next_chunk(const struct png_plain *file, size_t *at, struct chunk *chunk)
 {
     if (file->size - *at < CHUNK_BYTES)
@@ -55,7 +55,7 @@ static bool next_chunk(const struct png_plain *file, size_t *at, struct chunk *c
     for (int i = 0; i < 4; i++)
         if (!is_letter(chunk->name[i]))
             return false;
-    return true;
+    return !(chunk->name[2] & 32); /* reserved: some versions of libpng refuse it */
 }
 
 static bool is_intact(const struct chunk *chunk)
