@@ -53,6 +53,12 @@ INSIDE_FORMS uint32_t rt_meets_inside(float u, float v)
     return (u > border) & (v > border) & (u + v < 1 - border) ? RT_MEETS_INSIDE : 0;
 }
 
+/* Of the mesh, not of the normal that Embree has. 0: of instances nothing is known. */
+static inline uint32_t rt_mesh_meets(const struct rt_mesh *mesh, uint32_t meets)
+{
+    return mesh->positions ? meets ^ (mesh->is_mirrored ? RT_MEETS_FRONT : 0) : 0;
+}
+
 /* How far apart sheets are in an order that f32 tells beyond doubt, where they are met steeply. */
 static inline double rt_crossing_apart_m(const struct rt_scene *scene)
 {

@@ -76,12 +76,6 @@ static bool is_plain_end(const struct rt_packet *packet,
     return along < 0 && along * along > 1e-8 * square;
 }
 
-/* Of the mesh, not of the normal that Embree has. */
-static uint32_t meets_mesh(const struct rt_mesh *mesh, uint32_t meets)
-{
-    return mesh->positions ? meets ^ (mesh->is_mirrored ? RT_MEETS_FRONT : 0) : 0;
-}
-
 static uint32_t meets_lane(const struct RTCFilterFunctionNArguments *args, unsigned i)
 {
     const float u = packet_float(args->hit, args->N, RT_HIT_U, i);
@@ -122,7 +116,7 @@ static bool filter_lane(struct rt_packet *packet, const struct RTCFilterFunction
         packet_word(args->hit, args->N, RT_HIT_TRIANGLE, i), 0};
     const struct rt_mesh *mesh = &packet->scene->meshes[candidate.mesh];
     if (mesh->is_sheet)
-        candidate.meets = meets_mesh(mesh, meets_lane(args, i));
+        candidate.meets = rt_mesh_meets(mesh, meets_lane(args, i));
     packet->used |= 1u << lane;
     packet->single |= 1u << lane;
     if (mesh->class_ == STATE_TRANSPARENT && put_aside(packet, lane, &candidate))
@@ -633,12 +627,6 @@ int rt_packet_sheets(struct rt_packet *packet, const struct rt_wide_rays *rays, 
     if (!packet->waiting_counts[lane])
         return packet->hits[lane].count || packet->hits[lane].has_overflowed ? -1 : 0;
     return found & RT_MEETS_STEEP ? order_sheets(packet, lane, t_min, t) : -1;
-}
-
-uint32_t rt_packet_end_meets(const struct rt_packet *packet, int lane)
-{
-    const struct rt_candidate *end = &packet->ends[lane];
-    return meets_mesh(&packet->scene->meshes[end->mesh], end->meets);
 }
 
 bool rt_packet_end_is_front(const struct rt_packet *packet, int lane)

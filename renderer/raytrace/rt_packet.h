@@ -78,7 +78,11 @@ static inline uint32_t rt_packet_empty(const struct rt_packet *packet)
 /* Puts what those lanes cross where it waits for each of them. Crossings are forgotten. */
 void rt_packet_spread(struct rt_packet *packet, uint32_t lanes);
 /* What f32 says of the end of a ray that has one, with what the mesh calls its front. */
-uint32_t rt_packet_end_meets(const struct rt_packet *packet, int lane);
+static inline uint32_t rt_packet_end_meets(const struct rt_packet *packet, int lane)
+{
+    const struct rt_candidate *end = &packet->ends[lane];
+    return rt_mesh_meets(&packet->scene->meshes[end->mesh], end->meets);
+}
 /* After rt_packet_seek: how many sheets lie before the end of a ray that ends on an opaque surface
  * or at nothing. They are in order in `waiting`, each triangle once, and with the end they are what
  * rt_packet_collect_one would find. -1: f32 does not tell, and that is to be asked. */

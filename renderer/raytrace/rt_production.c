@@ -135,7 +135,7 @@ static bool trace_wide(struct tracer *tracer, const int (*pixels)[2])
     rt_packet_spread(packet, ~taken);
     /* samples may see neighbouring triangles; f32 does not tell the sides of instances */
     if (samples > 1 || tracer->job->scene->shapes.count)
-        met = rt_wholes_meet(&tracer->batch, packet, &wide->rays, &wide->hits);
+        met = rt_wholes_meet(&tracer->batch, packet, &wide->rays, ~taken, &wide->hits);
     struct rt_whole_sample whole = {
         .packet = packet, .rays = &wide->rays, .hits = &wide->hits, .lane = 0};
     for (; whole.lane < packet->count; whole.lane += samples, pixels++) {

@@ -61,22 +61,18 @@ void rt_wholes_destroy(struct rt_wholes *wholes)
     free(wholes);
 }
 
-static bool may_fill(const struct rt_mesh *mesh)
-{
-    return mesh->class_ == STATE_OPAQUE && mesh->is_plain && !mesh->is_ground;
-}
-
 uint32_t rt_wholes_meet(const struct rt_batch *batch, const struct rt_packet *packet,
-                        const struct rt_wide_rays *rays, struct rt_wide_hits *hits)
+                        const struct rt_wide_rays *rays, uint32_t lanes, struct rt_wide_hits *hits)
 {
     const struct rt_mesh *meshes = batch->desc.scene->meshes;
-    uint32_t lanes = rt_packet_plain_ends(packet), left, met = 0;
+    uint32_t left, met = 0;
+    lanes &= rt_packet_plain_ends(packet);
     for (left = lanes; left; left &= left - 1) {
         int i = __builtin_ctz(left);
         const struct rt_mesh *mesh = &meshes[packet->ends[i].mesh];
         const double *corners[3];
         double room[3][3];
-        if (!may_fill(mesh)) {
+        if (!rt_whole_may_end(mesh)) {
             lanes &= ~(1u << i);
             continue;
         }
@@ -250,7 +246,7 @@ static bool is_stack(const struct rt_scene *scene, const struct rt_hits *hits)
         return false;
     for (size_t i = 0; i < hits->count; i++) {
         const struct rt_hit *hit = &hits->hits[i];
-        bool is_end = hit->is_opaque && may_fill(&scene->meshes[hit->mesh]);
+        bool is_end = hit->is_opaque && rt_whole_may_end(&scene->meshes[hit->mesh]);
         if (!is_end && !is_layer(scene, hit))
             return false;
     }
@@ -360,10 +356,8 @@ bool rt_wholes_take_layers(struct rt_batch *batch, const struct rt_whole_sample 
     return true;
 }
 
-/* A triangle that the pixel's rays meet, known in f32: light_group finds where. */
-static void add_met_triangle(struct rt_batch *batch, const struct rt_whole_sample *at,
-                             const struct rt_candidate *met, struct rt_whole_layer *layer,
-                             double *radiance)
+void rt_wholes_add(struct rt_batch *batch, const struct rt_whole_sample *at,
+                   const struct rt_candidate *met, struct rt_whole_layer *layer, double *radiance)
 {
     struct rt_whole_group *group = rt_whole_open(batch, met->mesh, met->triangle);
     const struct member member = {at->x, at->y, met->triangle, radiance};
@@ -391,7 +385,7 @@ static int count_sheets(const struct rt_batch *batch, const struct rt_whole_samp
     const struct rt_mesh *meshes = batch->desc.scene->meshes;
     const uint32_t all = (1u << batch->desc.samples) - 1, ended = packet->ended >> at->lane & all;
     const struct rt_candidate *first = packet->waiting[at->lane], *end = &packet->ends[at->lane];
-    if (ended && (ended != all || !may_fill(&meshes[end->mesh])))
+    if (ended && (ended != all || !rt_whole_may_end(&meshes[end->mesh])))
         return -1;
     const int count = rt_packet_sheets(packet, at->rays, at->lane);
     for (int i = 0; i < count; i++)
@@ -427,7 +421,7 @@ bool rt_wholes_take_sheets(struct rt_batch *batch, const struct rt_whole_sample 
     wholes->layer_count += (size_t)count;
     for (int i = 0; i < count; i++) {
         struct rt_whole_layer *layer = &wholes->layers[pixel->first_layer + (uint32_t)i];
-        add_met_triangle(batch, at, &sheets[i], layer, layer->radiance);
+        rt_wholes_add(batch, at, &sheets[i], layer, layer->radiance);
     }
     if (pixel->is_open)
         return true;
@@ -435,7 +429,7 @@ bool rt_wholes_take_sheets(struct rt_batch *batch, const struct rt_whole_sample 
     pixel->is_front = rt_packet_end_is_front(at->packet, at->lane);
     for (int s = 0; s < batch->desc.samples; s++)
         pixel->triangles[s] = end->triangle;
-    add_met_triangle(batch, at, end, NULL, pixel->radiance);
+    rt_wholes_add(batch, at, end, NULL, pixel->radiance);
     return true;
 }
 

@@ -71,10 +71,16 @@ MUST_CHECK bool rt_wholes_create(struct rt_wholes **wholes, const struct rt_batc
                                  struct error *err);
 void rt_wholes_destroy(struct rt_wholes *wholes); /* accepts NULL */
 
-/* Brings to `hits` where the rays of a packet that was sought (rt_packet_seek) meet meshes that may
- * fill a pixel. Returns 1 << lane of those that end there. */
+/* Whether a mesh may fill a pixel. */
+static inline bool rt_whole_may_end(const struct rt_mesh *mesh)
+{
+    return mesh->class_ == STATE_OPAQUE && mesh->is_plain && !mesh->is_ground;
+}
+
+/* Brings to `hits` where those rays of a packet that was sought (rt_packet_seek) meet such meshes.
+ * lanes: 1 << lane. Returns likewise those that end there. */
 uint32_t rt_wholes_meet(const struct rt_batch *batch, const struct rt_packet *packet,
-                        const struct rt_wide_rays *rays, struct rt_wide_hits *hits);
+                        const struct rt_wide_rays *rays, uint32_t lanes, struct rt_wide_hits *hits);
 
 /* One pixel, whose samples are the packet's lanes from `lane` on, all of which end on what
  * rt_wholes_meet found. */
@@ -90,6 +96,11 @@ bool rt_wholes_take(struct rt_batch *batch, const struct rt_whole_sample *sample
 /* The same where only packet and rays are known: all samples see the same sheets and, behind them,
  * the same triangle or nothing. False, too, where f32 does not tell. */
 bool rt_wholes_take_sheets(struct rt_batch *batch, const struct rt_whole_sample *sample);
+
+/* Has a triangle that all rays of the pixel meet lit with others: where they do is found then.
+ * layer: NULL: it is what they end on. */
+void rt_wholes_add(struct rt_batch *batch, const struct rt_whole_sample *at,
+                   const struct rt_candidate *met, struct rt_whole_layer *layer, double *radiance);
 
 /* The same after rt_packet_collect_one of all its lanes, whatever they met. */
 bool rt_wholes_take_layers(struct rt_batch *batch, const struct rt_whole_sample *sample);

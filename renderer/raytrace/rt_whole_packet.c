@@ -8,6 +8,7 @@
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_pixel.h"
 #include "renderer/raytrace/rt_whole_light.h"
+#include "renderer/raytrace/rt_wide_lists.h"
 
 enum { LEAST_LANES = 8 }; /* that are worth surfaces of their own */
 
@@ -31,11 +32,6 @@ struct pixels {
     _Alignas(64) float color[RT_WIDE][4];
 };
 
-static bool may_end(const struct rt_mesh *mesh)
-{
-    return mesh->class_ == STATE_OPAQUE && mesh->is_plain && !mesh->is_ground && mesh->positions;
-}
-
 static void find_ends(const struct rt_batch *batch, const struct rt_packet *packet,
                       const struct rt_wide_rays *rays, struct ends *ends)
 {
@@ -52,7 +48,7 @@ static void find_ends(const struct rt_batch *batch, const struct rt_packet *pack
     const struct rt_mesh *mesh = &meshes[first->mesh];
     ends->mesh = first->mesh;
     ends->triangle = first->triangle;
-    if (!may_end(mesh))
+    if (!rt_whole_may_end(mesh) || !mesh->positions)
         return;
     for (uint32_t left = ended & ~packet->single; left; left &= left - 1) {
         const int i = __builtin_ctz(left);
@@ -106,13 +102,18 @@ static void put_triangle(const struct rt_mesh *mesh, uint32_t triangle, int lane
 }
 
 /* In all lanes. */
-static void put_one_triangle(const struct rt_mesh *mesh, uint32_t triangle, struct rt_wide *wide)
+PROCESSOR_FORMS static void put_one_triangle(const struct rt_mesh *mesh, uint32_t triangle,
+                                             struct rt_wide *wide)
 {
-    const uint32_t *vertices = mesh->triangles + 3 * (size_t)triangle;
+    const uint32_t vertices[3] = {mesh->triangles[3 * (size_t)triangle],
+                                  mesh->triangles[3 * (size_t)triangle + 1],
+                                  mesh->triangles[3 * (size_t)triangle + 2]};
+    const double(*positions)[3] = (const double(*)[3])mesh->positions;
+    const float *normals = mesh->normals;
     for (size_t c = 0; c < 3; c++)
         for (size_t k = 0; k < 3; k++) {
-            const double corner = mesh->positions[vertices[c]][k];
-            const float normal = mesh->normals[3 * (size_t)vertices[c] + k];
+            const double corner = positions[vertices[c]][k];
+            const float normal = normals[3 * (size_t)vertices[c] + k];
             for (int i = 0; i < RT_WIDE; i++) {
                 wide->corners[c][k][i] = corner;
                 wide->normals[c][k][i] = normal;
@@ -221,34 +222,120 @@ static void begin(struct rt_batch *batch, const struct rt_wide_rays *rays, const
         }
 }
 
-uint32_t rt_wholes_take_packet(struct rt_batch *batch, struct rt_packet *packet,
-                               const struct rt_wide_rays *rays, const int (*pixels)[2])
+/* Of one sample: lights the packet's surfaces and writes its pixels. */
+static void show(struct rt_batch *batch, const struct rt_packet *packet,
+                 const struct rt_wide_rays *rays, const struct ends *ends, const int (*pixels)[2],
+                 uint32_t lanes)
 {
-    struct rt_crossings *crossings = packet->crossings;
-    struct ends ends;
+    const struct rt_crossings *crossings = packet->crossings;
     struct sums sums;
-    if (batch->desc.samples > 1 || batch->desc.view->screen.has_backdrop)
-        return 0;
-    find_ends(batch, packet, rays, &ends);
-    uint32_t lanes =
-        __builtin_popcount(ends.lanes) < LEAST_LANES ? 0 : find_layers(batch, packet, rays, &ends);
-    if (__builtin_popcount(lanes) < LEAST_LANES)
-        return 0;
     begin(batch, rays, pixels, packet->count, &sums);
     for (int c = 0; c < crossings->count; c++) {
         const struct rt_crossing *crossing = &crossings->crossings[crossings->order[c]];
-        uint32_t seen = 0;
-        for (int i = 0; i < RT_WIDE; i++)
-            seen |= crossing->is_before[i] << i;
-        seen &= lanes;
+        const uint32_t seen = rt_wide_lanes(crossing->is_before) & lanes;
         if (!seen)
             continue;
         light_crossing(batch, crossing, seen);
         add_layer(crossing->is_before, &batch->wholes->packed.alike->shading,
                   batch->wholes->radiance, &sums);
     }
-    if (ends.opaque & lanes)
-        light_ends(batch, packet, &ends, ends.opaque & lanes);
-    write(batch, &ends, &sums, pixels, lanes);
+    if (ends->opaque & lanes)
+        light_ends(batch, packet, ends, ends->opaque & lanes);
+    write(batch, ends, &sums, pixels, lanes);
+}
+
+/* Whether all samples of a pixel see the same. lanes: of it; seen: of each crossing in order. */
+static bool are_alike(const struct rt_packet *packet, const struct ends *ends,
+                      const uint32_t seen[RT_CROSSINGS_MAX], uint32_t lanes)
+{
+    const uint32_t opaque = ends->opaque & lanes;
+    const int first = __builtin_ctz(lanes);
+    if (opaque && opaque != lanes)
+        return false;
+    for (uint32_t left = opaque; left && !ends->is_one_triangle; left &= left - 1)
+        if (packet->ends[__builtin_ctz(left)].triangle != packet->ends[first].triangle)
+            return false;
+    for (int c = 0; c < packet->crossings->count; c++)
+        if ((seen[c] & lanes) && (seen[c] & lanes) != lanes)
+            return false;
+    return true;
+}
+
+/* A pixel of several samples, which are alike. */
+static bool add_pixel(struct rt_batch *batch, const struct rt_whole_sample *at,
+                      const uint32_t seen[RT_CROSSINGS_MAX], bool is_open)
+{
+    struct rt_wholes *wholes = batch->wholes;
+    const struct rt_packet *packet = at->packet;
+    const struct rt_crossings *crossings = packet->crossings;
+    const struct rt_candidate *end = &packet->ends[at->lane];
+    if (wholes->layer_count + RT_CROSSINGS_MAX > RT_WHOLE_LAYERS)
+        return false;
+    struct rt_whole_pixel *pixel = &wholes->pixels[wholes->count++];
+    pixel->x = at->x;
+    pixel->y = at->y;
+    pixel->first_layer = (uint32_t)wholes->layer_count;
+    pixel->is_open = is_open;
+    pixel->split = 0;
+    for (int c = 0; c < crossings->count; c++) {
+        const struct rt_crossing *crossing = &crossings->crossings[crossings->order[c]];
+        const struct rt_candidate met = {.mesh = crossing->mesh, .triangle = crossing->triangle};
+        if (!(seen[c] >> at->lane & 1))
+            continue;
+        struct rt_whole_layer *layer = &wholes->layers[wholes->layer_count++];
+        rt_wholes_add(batch, at, &met, layer, layer->radiance);
+    }
+    pixel->layer_count = (uint32_t)wholes->layer_count - pixel->first_layer;
+    if (is_open)
+        return true;
+    pixel->mesh = end->mesh;
+    pixel->is_front = rt_packet_end_is_front(packet, at->lane);
+    for (int s = 0; s < batch->desc.samples; s++)
+        pixel->triangles[s] = end->triangle;
+    rt_wholes_add(batch, at, end, NULL, pixel->radiance);
+    return true;
+}
+
+/* Of several samples: pixels whose samples all see the same. */
+static uint32_t add_pixels(struct rt_batch *batch, struct rt_packet *packet,
+                           const struct rt_wide_rays *rays, const struct ends *ends,
+                           const int (*pixels)[2], uint32_t lanes)
+{
+    const int samples = batch->desc.samples;
+    const struct rt_crossings *crossings = packet->crossings;
+    struct rt_whole_sample at = {.packet = packet, .rays = rays};
+    uint32_t seen[RT_CROSSINGS_MAX], taken = 0;
+    for (int c = 0; c < crossings->count; c++)
+        seen[c] = rt_wide_lanes(crossings->crossings[crossings->order[c]].is_before);
+    for (; at.lane < packet->count; at.lane += samples, pixels++) {
+        const uint32_t all = ((1u << samples) - 1) << at.lane;
+        at.x = pixels[0][0];
+        at.y = pixels[0][1];
+        if ((lanes & all) == all && are_alike(packet, ends, seen, all) &&
+            add_pixel(batch, &at, seen, !(ends->opaque & all)))
+            taken |= all;
+    }
+    return taken;
+}
+
+uint32_t rt_wholes_take_packet(struct rt_batch *batch, struct rt_packet *packet,
+                               const struct rt_wide_rays *rays, const int (*pixels)[2])
+{
+    const int samples = batch->desc.samples;
+    const int least = samples > 1 ? samples : LEAST_LANES;
+    struct ends ends;
+    if (samples == 1 && batch->desc.view->screen.has_backdrop)
+        return 0;
+    find_ends(batch, packet, rays, &ends);
+    /* without sheets, pixels on many triangles are added up by rt_wholes_take just as soon */
+    const bool is_worth_it = samples == 1 || packet->crossings->count || ends.is_one_triangle;
+    if (!is_worth_it || __builtin_popcount(ends.lanes) < least)
+        return 0;
+    const uint32_t lanes = find_layers(batch, packet, rays, &ends);
+    if (__builtin_popcount(lanes) < least)
+        return 0;
+    if (samples > 1)
+        return add_pixels(batch, packet, rays, &ends, pixels, lanes);
+    show(batch, packet, rays, &ends, pixels, lanes);
     return lanes;
 }
