@@ -36,6 +36,16 @@ static const struct {
                   {SHADOWS_AREA, "shadow.area"}};
 enum { TECHNIQUES = sizeof techniques / sizeof *techniques };
 
+/* Likewise, as published: half floats, and masks by a table. What they are off by is told. */
+static const struct {
+    const char *name;
+    struct view_quality quality;
+} published[] = {
+    {"logarithms", {.shadows = SHADOWS_VOLUME, .faithful = true}},
+    {"factors", {.shadows = SHADOWS_VOLUME, .faithful = true, .volume_map = VIEW_VOLUME_FACTORS}},
+    {"masks by a table", {.shadows = SHADOWS_AREA, .faithful = true}}};
+enum { PUBLISHED = sizeof published / sizeof *published };
+
 struct soup {
     struct triangle triangles[TRIANGLES_MAX];
     int count;
@@ -147,6 +157,7 @@ static int is_between(const struct triangle *t, const double p[3], const double 
 struct answer {
     int compared, counts[64]; /* by the number of triangles on the way */
     int views;
+    double off[PUBLISHED]; /* at most, where no caster is before the floor */
 };
 
 /* Whether triangles are before the point as the eye sees it. */
@@ -166,12 +177,12 @@ static bool is_seen_through(const struct soup *soup, const struct view_camera *c
 /* Through panes the floor is seen with what they reflect, which is little where light does not
  * graze them. */
 static void expect(const struct soup *soup, const struct view *view, const double point[3],
-                   const float ratio[3], const char *name, struct answer *answer)
+                   const float ratio[3], const char *name, struct answer *answer, double *off)
 {
     const struct view_light *light = view->lights;
     bool is_dim = is_seen_through(soup, &view->camera, point);
     double tolerance = is_dim ? 2e-3 : 2e-5;
-    if (is_dim && light->type == SCENE_LIGHT_DIRECTIONAL && light->direction[1] > -0.5)
+    if (is_dim && (off || (light->type == SCENE_LIGHT_DIRECTIONAL && light->direction[1] > -0.5)))
         return;
     double expected[3] = {1, 1, 1}, at[3];
     int count = 0;
@@ -186,6 +197,10 @@ static void expect(const struct soup *soup, const struct view *view, const doubl
         for (int k = 0; found && k < 3; k++)
             expected[k] *= colors[soup->triangles[i].color][k];
     }
+    for (int k = 0; off && k < 3; k++)
+        *off = fmax(*off, fabs((double)ratio[k] - expected[k]));
+    if (off)
+        return;
     answer->compared++;
     answer->counts[count < 63 ? count : 63]++;
     for (int k = 0; k < 3; k++)
@@ -216,8 +231,9 @@ static const struct view_light lights[] = {
     {.type = SCENE_LIGHT_DIRECTIONAL, .direction = {0.9, -0.2, 0.8}},
 };
 
+/* off: NULL: each point is right; else the most that one is off by. */
 static void compare(const struct soup *soup, const struct view *view, const struct image *open,
-                    const struct image *dark, const char *name, struct answer *answer)
+                    const struct image *dark, const char *name, struct answer *answer, double *off)
 {
     for (int i = 0; i < SIDE_PX * SIDE_PX; i++) {
         double point[3];
@@ -230,7 +246,7 @@ static void compare(const struct soup *soup, const struct view *view, const stru
         float ratio[3];
         for (int k = 0; k < 3; k++)
             ratio[k] = before[k] > 0 ? after[k] / before[k] : 0;
-        expect(soup, view, point, ratio, name, answer);
+        expect(soup, view, point, ratio, name, answer, off);
     }
 }
 
@@ -256,6 +272,19 @@ static void compare_forms(struct renderer *renderer, const struct rig_scene *rig
     }
 }
 
+static void compare_published(struct renderer *renderer, const struct rig_scene *rig,
+                              const struct soup *soup, struct view view, const struct image *open,
+                              const char *name, struct answer *answer)
+{
+    for (int i = 0; i < PUBLISHED; i++) {
+        view.quality = published[i].quality;
+        view.quality.samples = 1;
+        struct image dark = shoot_color(renderer, rig, &view);
+        compare(soup, &view, open, &dark, name, answer, &answer->off[i]);
+        image_finish(&dark);
+    }
+}
+
 static void check_view(struct renderer *renderer, const struct rig_scene *rig,
                        const struct soup *soup, struct view *view, const char *name,
                        struct answer *answer)
@@ -268,12 +297,14 @@ static void check_view(struct renderer *renderer, const struct rig_scene *rig,
         shoot(renderer, rig, view, &dark);
         assert_true(report_has_pass(&dark.report, techniques[i].pass,
                                     shadow_technique_name((int)techniques[i].shadows)));
-        compare(soup, view, &open, &dark.outputs[VIEW_OUTPUT_COLOR], name, answer);
+        compare(soup, view, &open, &dark.outputs[VIEW_OUTPUT_COLOR], name, answer, NULL);
         if (techniques[i].shadows == SHADOWS_SILHOUETTE && answer->views++ % 3 == 0)
             compare_forms(renderer, rig, *view, &dark.outputs[VIEW_OUTPUT_COLOR],
                           answer->views % 9 == 1, name);
         frame_finish(&dark);
     }
+    if (answer->views % 3 == 1)
+        compare_published(renderer, rig, soup, *view, &open, name, answer);
     image_finish(&open);
 }
 
@@ -303,9 +334,19 @@ static struct answer check(struct renderer *renderer, const struct soup *soup, c
         }
     printf("%s: %d points; %d, %d, %d, %d behind 0, 1, 2, 3 triangles\n", name, answer.compared,
            answer.counts[0], answer.counts[1], answer.counts[2], answer.counts[3]);
+    for (int i = 0; i < PUBLISHED; i++)
+        printf("    %s: off by %.2g at most\n", published[i].name, answer.off[i]);
     rig_scene_finish(&rig, renderer);
     closed_form_scene_finish(&scene);
     return answer;
+}
+
+/* How far half floats are off, at most; factors of 1 lose the light behind an opaque caster. */
+static void expect_published(const struct answer *answer, double logarithms, double factors)
+{
+    assert_true(answer->off[0] <= logarithms);
+    assert_true(answer->off[1] <= factors && (factors < 1 || answer->off[1] > 0.9));
+    assert_true(answer->off[2] <= 2e-5);
 }
 
 static void a_triangle_counts_once(void **state)
@@ -336,6 +377,7 @@ static void a_box_counts_twice_from_within_too(void **state)
     soup.count = 0; /* about the first eye and the floor */
     add_box(&soup, 2, (double[]){-0.7, -0.3, -0.6}, (double[]){0.65, 0.8, 0.7});
     answer = check(*state, &soup, "box about the eye");
+    expect_published(&answer, 2e-3, 1e-3);
     assert_true(answer.counts[1] > 500);
 }
 
@@ -353,6 +395,7 @@ static void edges_may_have_any_triangles(void **state)
     add(&soup, 1, a, b, (double[]){0, 1.05, 0});  /* likewise */
     add(&soup, OPAQUE, b, (double[]){0.9, 1, 0.1}, (double[]){0.8, 1, -0.3});
     struct answer answer = check(*state, &soup, "edge of many");
+    expect_published(&answer, 5e-3, 1);
     assert_true(answer.counts[1] > 500 && answer.counts[2] > 500);
 }
 
@@ -366,6 +409,7 @@ static void an_edge_may_have_forty_triangles(void **state)
         add(&soup, FAINT, i % 3 ? a : b, i % 3 ? b : a, c);
     }
     struct answer answer = check(*state, &soup, "edge of forty");
+    expect_published(&answer, 0.06, 0.04);
     int many = 0;
     for (int i = 33; i <= 40; i++)
         many += answer.counts[i];
@@ -392,6 +436,7 @@ static void a_strip_of_moebius_casts_its_shadow(void **state)
         add(&soup, i % 5 ? 1 : OPAQUE, rims[i][1], rims[i + 1][1], rims[i + 1][0]);
     }
     struct answer answer = check(*state, &soup, "strip of Moebius");
+    expect_published(&answer, 0.08, 1);
     assert_true(answer.counts[1] > 500);
 }
 
@@ -404,6 +449,7 @@ static void edges_may_end_within_others(void **state)
     add(&soup, 0, a, between, (double[]){-0.2, 0.9, 0.5});
     add(&soup, 0, between, b, (double[]){0.3, 0.9, 0.5});
     struct answer answer = check(*state, &soup, "T-junction");
+    expect_published(&answer, 1e-6, 1e-6);
     assert_true(answer.counts[1] > 500 && answer.counts[2] == 0);
 }
 
@@ -472,7 +518,8 @@ static void a_triangle_in_the_plane_of_the_light_casts_none(void **state)
     const double *at = lights[0].position;
     add(&soup, 1, (double[]){at[0], 1, -0.8}, (double[]){at[0], 1, 0.5}, (double[]){at[0], 2, 0});
     add_sheet(&soup, 0, 0.9);
-    check(*state, &soup, "plane of the light");
+    struct answer answer = check(*state, &soup, "plane of the light");
+    expect_published(&answer, 1e-3, 1e-3);
 }
 
 static void a_soup_of_triangles_is_exact(void **state)
