@@ -208,7 +208,9 @@ bool farm_job_has_ended(const struct farm_job *job)
 
 struct job_place farm_job_place(const struct farm_job *job)
 {
-    return (struct job_place){.id = job->record.id, .directory = job->request.directory};
+    return (struct job_place){.id = job->record.id,
+                              .directory = job->request.directory,
+                              .makes_directory = job->makes_directory};
 }
 
 void farm_job_set_frame(struct farm_job *job, int position, enum farm_frame_state state)

@@ -111,6 +111,17 @@ bool job_results_prepare(struct job_results *results, const struct job_place *pl
     return fd >= 0;
 }
 
+/* The directory of a job was there when it was submitted: where it is not, it was taken away, or
+ * what is mounted there was, and the files that are done with it. */
+static int open_to_write(struct job_results *results, const struct job_place *place,
+                         struct error *err)
+{
+    int fd = open_place(results, place, !*place->directory || place->makes_directory, err);
+    if (fd < 0 && err->code == ERROR_NOT_FOUND)
+        err->code = ERROR_IO;
+    return fd;
+}
+
 /* ---- files ---- */
 
 static bool copy(int from_fd, int to_fd, uint64_t *size_bytes, char digest_text[DIGEST_TEXT_BYTES],
@@ -146,7 +157,7 @@ bool job_results_put(struct job_results *results, const struct job_place *place,
                      struct error *err)
 {
     char draft[NAME_BYTES];
-    int folder_fd = open_place(results, place, true, err);
+    int folder_fd = open_to_write(results, place, err);
     if (folder_fd < 0)
         return false;
     snprintf(draft, sizeof draft, ".%s.tmp", name);
@@ -173,7 +184,7 @@ int job_results_draft(struct job_results *results, const struct job_place *place
                       struct error *err)
 {
     char draft[NAME_BYTES];
-    int folder_fd = open_place(results, place, true, err);
+    int folder_fd = open_to_write(results, place, err);
     if (folder_fd < 0)
         return -1;
     name_draft(name, draft);

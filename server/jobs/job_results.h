@@ -21,6 +21,7 @@ void job_results_destroy(struct job_results *results); /* accepts NULL */
  * directory. */
 struct job_place {
     const char *id, *directory; /* borrowed */
+    bool makes_directory;       /* writing makes that one where it is not there; the own it does */
 };
 
 /* Whether the job's folder can be made. ERROR_UNSUPPORTED: no directory is allowed; ERROR_IO. */

@@ -385,6 +385,7 @@ static void settle_frame(struct jobs *jobs, struct job_piece *piece, enum verdic
             job->busy_ms += (double)frame->ms;
             jobs->totals.frames_done++;
             job->crashes = 0;
+            job->makes_directory = false;
         }
     } else if (verdict == VERDICT_FAILED || verdict == VERDICT_NEVER) {
         int attempts = piece->tile >= 0 ? farm_tiles_note_failure(piece) : ++frame->attempts;

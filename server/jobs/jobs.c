@@ -290,6 +290,7 @@ static bool apply_change(struct jobs *jobs, struct farm_job *job, void *context,
     if (asked->has_paused) {
         if (job->record.is_paused && !asked->is_paused) {
             job->record.problem = (struct error){0};
+            job->makes_directory = true;
             jobs_join_queue(jobs, job);
         }
         job->record.is_paused = asked->is_paused;

@@ -58,8 +58,9 @@ struct farm_job {
     struct turntable turntable; /* has_bounds */
     bool has_bounds, is_animated;
     bool is_decided; /* a frame is done: what it chose, or that there was nothing, holds for all */
-    bool is_gone;    /* forgotten; freed when no piece refers to it */
-    int pieces;      /* in flight */
+    bool makes_directory;           /* somebody resumed it, and no frame has been done since */
+    bool is_gone;                   /* forgotten; freed when no piece refers to it */
+    int pieces;                     /* in flight */
     int64_t after[LIMIT_JOB_AFTER]; /* numbers of the jobs that it waits for; 0: not there */
     /* Bit sets of 1u << index of those: that have not ended well yet; and of these, that have ended
      * badly or are not there. Kept by job_order_update. */

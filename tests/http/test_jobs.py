@@ -416,6 +416,24 @@ class JobDirectory(support.ServiceTest):
                 daemon.request("PATCH", f"/v1/jobs/{job}", {"paused": False})
                 support.wait_until(lambda: state(job)["state"] == "done", "it goes on")
                 self.assertEqual(30, len(os.listdir(os.path.join(allowed, "shots", "b"))))
+                shots = os.path.join(allowed, "shots")
+                self.check_that_its_own_folder_may_go(daemon, submit, shots)
+
+    def check_that_its_own_folder_may_go(self, daemon, submit, shots):
+        """As where a disk is not mounted any more: no second one is begun in its place, unless
+        somebody resumes the job."""
+        def state(job):
+            return daemon.request("GET", f"/v1/jobs/{job}").json()
+        folder = os.path.join(shots, "c")
+        job, _ = submit(frames="1-30", directory="shots/c")
+        support.wait_until(lambda: state(job)["frames"]["done"] > 1, "frames are done")
+        os.rename(folder, folder + "-gone")
+        support.wait_until(lambda: state(job)["paused"], "it pauses")
+        self.assertIn("cannot be written", state(job)["problem"]["detail"])
+        self.assertFalse(os.path.exists(folder))
+        daemon.request("PATCH", f"/v1/jobs/{job}", {"paused": False})
+        support.wait_until(lambda: state(job)["state"] == "done", "it goes on")
+        self.assertEqual(30, len(os.listdir(folder)) + len(os.listdir(folder + "-gone")))
 
     def test_a_full_disk_pauses_and_room_resumes(self):
         with support.tempfile.TemporaryDirectory() as parent:
