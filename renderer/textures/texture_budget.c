@@ -140,7 +140,7 @@ struct stored_texture *texture_find_victim(const struct texture_pool *pool)
     struct stored_texture *found = NULL;
     for (size_t i = 0; i < pool->count; i++) {
         struct stored_texture *t = pool->textures[i];
-        if (t->budgeted == TEXTURE_UNNEEDED && t->full.texture.name &&
+        if (t->budgeted == TEXTURE_UNNEEDED && t->full.texture.size_bytes > 0 &&
             (!found || last_use(t) < last_use(found)))
             found = t;
     }

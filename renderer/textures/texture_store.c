@@ -203,13 +203,39 @@ static bool stream_in(struct texture_pool *pool, const struct texture_request *r
     struct texture_spending spending = limits_of(pool, request->may_be_coarse);
     bool is_good = request->may_be_coarse ? texture_stream_some(pool, &spending, err)
                                           : texture_stream_all(pool, &spending, err);
-    report->written_bytes = spending.written_bytes;
     if (spending.written_bytes && pool->waits)
         glFinish(); /* what the device is still busy with counts, too */
-    report->upload_ms = wall_ms() - spending.begin_ms;
+    double taken_ms = wall_ms() - spending.begin_ms;
     if (request->may_be_coarse && pool->waits &&
         texture_pace_is_measured(&pool->pace, spending.written_bytes, spending.limit_bytes))
-        texture_note_pace(&pool->pace, pool->upload_ms, spending.written_bytes, report->upload_ms);
+        texture_note_pace(&pool->pace, pool->upload_ms, spending.written_bytes, taken_ms);
+    report->written_bytes += spending.written_bytes;
+    report->upload_ms += taken_ms;
+    return is_good;
+}
+
+/* The first frame that samples textures of a scene uploads what was reserved for them, whether it
+ * may be coarse or not. */
+static bool bring_reserved(struct texture_pool *pool, const struct texture_request *request,
+                           struct report_textures *report, struct error *err)
+{
+    struct texture_spending spending = {
+        .begin_ms = wall_ms(), .limit_bytes = UINT64_MAX, .limit_ms = INFINITY};
+    bool is_good = true;
+    for (size_t i = 0; i < request->count; i++) {
+        struct texture_store *store = request->demands[i].store;
+        for (uint32_t key = 0; is_good && key < store->count; key++)
+            if (texture_is_reserved(&store->textures[key]))
+                is_good = texture_bring_reserved(&store->textures[key], &spending, err);
+    }
+    if (!spending.written_bytes)
+        return is_good;
+    if (request->timeline)
+        gpu_timeline_will_wait(request->timeline);
+    if (pool->waits)
+        glFinish();
+    report->written_bytes = spending.written_bytes;
+    report->upload_ms = wall_ms() - spending.begin_ms;
     return is_good;
 }
 
@@ -224,6 +250,8 @@ bool texture_pool_prepare(struct texture_pool *pool, const struct texture_reques
     bool is_good = true;
     *report = (struct report_textures){.budget_bytes = pool->budget_bytes};
     pool->most_bytes = pool->resident_bytes;
+    if (!bring_reserved(pool, request, report, err))
+        return false;
     if (!has_all(pool, request, report)) {
         if (!pool->reader && !(pool->reader = texture_reader_create(err)))
             return false;
@@ -268,6 +296,7 @@ const struct gl_texture *texture_store_use(struct texture_store *store, uint32_t
 {
     struct stored_texture *t = &store->textures[key];
     struct texture_levels_held *held = texture_present(t);
+    assert(!texture_is_reserved(t)); /* frames that sample prepare first */
     if (!held)
         return NULL;
     uint8_t base = finest != TEXTURE_UNNEEDED && finest > held->top ? finest : held->top;
@@ -326,20 +355,20 @@ static bool check_sizes(struct texture_store *store, struct error *err)
     return true;
 }
 
-/* Uploads all levels if they fit, and else the coarsest ones. */
+/* Takes the room of all levels if they fit, and else uploads the coarsest ones. */
 static bool fill(struct texture_store *store, struct error *err)
 {
     struct texture_pool *pool = store->pool;
-    struct texture_spending spending = {.limit_bytes = UINT64_MAX, .limit_ms = INFINITY};
     bool is_good = true, is_whole = texture_pool_has_room_for(pool, &store, 1);
     if (is_whole)
         is_good = list_all(pool, &(struct texture_request){.count = 0}, err) &&
                   texture_drop_unneeded(pool, pool->floor_bytes + store->whole_bytes, err);
     for (uint32_t key = 0; is_good && key < store->count; key++) {
         struct stored_texture *t = &store->textures[key];
-        if (t->is_used)
-            is_good =
-                is_whole ? texture_replace(t, 0, &spending, err) : texture_make_floor(t, true, err);
+        if (t->is_used && is_whole)
+            texture_reserve(t);
+        else if (t->is_used)
+            is_good = texture_make_floor(t, true, err);
     }
     return is_good;
 }

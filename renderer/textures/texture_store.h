@@ -37,9 +37,10 @@ void texture_pool_set_compression(struct texture_pool *pool, uint32_t from_level
 bool texture_pool_samples_blocks(const struct texture_pool *pool); /* the device can */
 bool texture_pool_compresses(const struct texture_pool *pool);     /* it may and it can */
 
-/* If the scene alone fits the budget, all of its levels are uploaded, and textures of other scenes
- * are evicted for them, the least recently used ones first. The scene stays borrowed. Fails with
- * ERROR_UNSUPPORTED if an image is larger than the device takes. */
+/* If the scene alone fits the budget, all of its levels count as resident from now on, and textures
+ * of other scenes are evicted for them, the least recently used ones first. They are uploaded for
+ * the first frame that samples them: pictures that rays make alone need none. The scene stays
+ * borrowed. Fails with ERROR_UNSUPPORTED if an image is larger than the device takes. */
 struct texture_store *texture_store_create(struct texture_pool *pool, const struct scene *scene,
                                            struct error *err);
 void texture_store_destroy(struct texture_store *store);
@@ -62,7 +63,8 @@ struct texture_request {
     bool may_be_coarse; /* draw with what is there after the limits of uploads; else with all */
 };
 
-/* Evicts textures that the frame does not need, and uploads the levels that it does.
+/* Evicts textures that the frame does not need, and uploads the levels that it does; for the first
+ * frame of a scene that fits the budget alone all of them.
  *
  * If the request exceeds the budget, the same number of levels is withheld from every texture. Then
  * textures get one level back, in the order of demands and images, while there is room. So equal

@@ -31,13 +31,13 @@ struct texture_levels_held {
 struct stored_texture {
     struct texture_store *store;
     uint32_t key;
-    bool is_used, needs_levels; /* by some sampler; else one level is resident */
-    bool can_pack;              /* colours, on a device that samples blocks */
-    bool has_alpha;             /* which takes other blocks */
-    bool packs;                 /* the frame samples it compressed */
-    uint32_t width, height;     /* of level 0 */
-    uint8_t level_count;        /* of the image */
-    struct texture_levels_held full;
+    bool is_used, needs_levels;       /* by some sampler; else one level is resident */
+    bool can_pack;                    /* colours, on a device that samples blocks */
+    bool has_alpha;                   /* which takes other blocks */
+    bool packs;                       /* the frame samples it compressed */
+    uint32_t width, height;           /* of level 0 */
+    uint8_t level_count;              /* of the image */
+    struct texture_levels_held full;  /* unnamed with a size: reserved */
     struct texture_levels_held floor; /* what a coarse frame draws with when `full` is not there */
     /* Finest level of the frame: that it can sample, that fits the budget; or TEXTURE_UNNEEDED. */
     uint8_t wanted, budgeted;
@@ -141,6 +141,17 @@ void texture_advance(struct texture_incoming *incoming, struct texture_spending 
 bool texture_is_complete(const struct texture_incoming *incoming);
 void texture_install(struct texture_incoming *incoming); /* replaces the old texture */
 void texture_abandon(struct texture_incoming *incoming);
+/* Whether its levels count as resident, but no frame has sampled them so far: they are not on the
+ * GPU. */
+static inline bool texture_is_reserved(const struct stored_texture *t)
+{
+    return !t->full.texture.name && t->full.texture.size_bytes > 0;
+}
+/* All levels of one that holds none. */
+void texture_reserve(struct stored_texture *t);
+/* Uploads them. Only of one that is reserved. */
+MUST_CHECK bool texture_bring_reserved(struct stored_texture *t, struct texture_spending *spending,
+                                       struct error *err);
 /* Uploads all levels from `top` on in one call, whatever the limits, and waits for compressed
  * blocks. Abandons an upload of the same texture that is under way. */
 MUST_CHECK bool texture_replace(struct stored_texture *t, uint32_t top,

@@ -143,6 +143,16 @@ static GLenum blocks_format(const struct stored_texture *t)
     return t->has_alpha ? GL_COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT : GL_COMPRESSED_SRGB_S3TC_DXT1_EXT;
 }
 
+static void count_in(struct stored_texture *t, struct gl_texture *texture, uint64_t bytes)
+{
+    struct texture_pool *pool = t->store->pool;
+    texture->size_bytes = bytes;
+    pool->resident_bytes += bytes;
+    t->store->full_bytes += bytes;
+    if (pool->most_bytes < pool->resident_bytes)
+        pool->most_bytes = pool->resident_bytes;
+}
+
 static bool make_texture(struct stored_texture *t, uint32_t top, bool is_packed,
                          struct gl_texture *texture, struct error *err)
 {
@@ -158,12 +168,7 @@ static bool make_texture(struct stored_texture *t, uint32_t top, bool is_packed,
                          },
                          err))
         return false;
-    struct texture_pool *pool = t->store->pool;
-    texture->size_bytes = texture_bytes_from(t, top, is_packed);
-    pool->resident_bytes += texture->size_bytes;
-    t->store->full_bytes += texture->size_bytes;
-    if (pool->most_bytes < pool->resident_bytes)
-        pool->most_bytes = pool->resident_bytes;
+    count_in(t, texture, texture_bytes_from(t, top, is_packed));
     return true;
 }
 
@@ -343,6 +348,19 @@ bool texture_replace(struct stored_texture *t, uint32_t top, struct texture_spen
     texture_install(&in);
     spending->written_bytes += all.written_bytes;
     return true;
+}
+
+void texture_reserve(struct stored_texture *t)
+{
+    count_in(t, &t->full.texture, texture_bytes_from(t, 0, false));
+}
+
+bool texture_bring_reserved(struct stored_texture *t, struct texture_spending *spending,
+                            struct error *err)
+{
+    drop(t, &t->full.texture);
+    t->packs = false; /* of a request that sampled nothing of it here */
+    return texture_replace(t, 0, spending, err);
 }
 
 bool texture_make_floor(struct stored_texture *t, bool may_read, struct error *err)

@@ -258,6 +258,60 @@ static void a_plan_counts_what_is_budgeted(void **state)
     close_rig(&rig);
 }
 
+/* Pictures that rays make plan levels, and upload none. */
+static void levels_that_fit_count_at_once_and_come_with_the_first_frame_that_samples(void **state)
+{
+    (void)state;
+    enum { SMALL = 200 };
+    struct rig rig;
+    struct error err = {0};
+    struct report_textures report;
+    open_rig(&rig, SMALL, SMALL, false);
+    uint64_t bytes = IMAGES * texture_levels_bytes(SMALL, SMALL, 0);
+    const struct texture_demand demand = {.store = rig.store};
+    const struct texture_request request = {.demands = &demand, .count = 1, .may_be_coarse = true};
+    assert_true(bytes <= BUDGET && 2 * bytes > BUDGET);
+    assert_int_equal(texture_store_resident_bytes(rig.store), bytes);
+    assert_true(texture_pool_plan(rig.pool, &request, &report, &err));
+    for (int i = 0; i < IMAGES; i++)
+        assert_int_equal(texture_of(&rig, i)->full.texture.name, 0);
+    for (int again = 0; again < 2; again++) {
+        assert_true(texture_pool_prepare(rig.pool, &request, &report, &err));
+        assert_int_equal(report.written_bytes, again ? 0 : bytes);
+        assert_int_equal(report.resident_bytes, bytes);
+        assert_int_equal(report.coarse_count + report.pending_bytes, 0);
+        for (uint32_t i = 0; i < IMAGES; i++)
+            assert_non_null(texture_store_use(rig.store, texture_key(i, true), 0));
+    }
+    close_rig(&rig);
+}
+
+/* As textures do that are there. */
+static void levels_that_nobody_sampled_give_way_to_another_scene(void **state)
+{
+    (void)state;
+    enum { SMALL = 200 };
+    struct rig rig;
+    struct error err = {0};
+    struct report_textures report;
+    open_rig(&rig, SMALL, SMALL, false);
+    uint64_t bytes = texture_store_resident_bytes(rig.store);
+    struct texture_store *other = texture_store_create(rig.pool, &rig.scene, &err);
+    assert_non_null(other);
+    assert_int_equal(texture_store_resident_bytes(other), bytes);
+    assert_true(texture_store_resident_bytes(rig.store) + bytes <= BUDGET);
+    const struct texture_demand demand = {.store = rig.store};
+    const struct texture_request request = {.demands = &demand, .count = 1};
+    assert_true(texture_pool_prepare(rig.pool, &request, &report, &err)); /* and comes back */
+    assert_int_equal(report.coarse_count, 0);
+    assert_int_equal(texture_store_resident_bytes(rig.store), bytes);
+    assert_true(report.resident_bytes <= BUDGET && rig.pool->most_bytes <= BUDGET);
+    for (uint32_t i = 0; i < IMAGES; i++)
+        assert_non_null(texture_store_use(rig.store, texture_key(i, true), 0));
+    texture_store_destroy(other);
+    close_rig(&rig);
+}
+
 /* Rows of 10,000 px: a call writes one of them, less than a chunk and more than the limit. */
 static void a_low_pace_is_learnt_anew_from_wide_rows(void **state)
 {
@@ -393,6 +447,8 @@ int main(void)
         cmocka_unit_test(images_with_alpha_take_blocks_with_alpha),
         cmocka_unit_test(colours_are_compressed_from_so_many_levels_on),
         cmocka_unit_test(a_plan_counts_what_is_budgeted),
+        cmocka_unit_test(levels_that_fit_count_at_once_and_come_with_the_first_frame_that_samples),
+        cmocka_unit_test(levels_that_nobody_sampled_give_way_to_another_scene),
         cmocka_unit_test(frames_wait_for_their_uploads_where_they_are_told_to),
         cmocka_unit_test(a_low_pace_is_learnt_anew_from_wide_rows),
         cmocka_unit_test(a_frame_that_took_too_long_halves_the_next_calls),
