@@ -6,6 +6,7 @@
 #include <stdio.h>
 
 #include "renderer/accuracy/metrics.h"
+#include "tests/bench/chapel_haze.h"
 #include "tests/bench/close_up.h"
 #include "tests/bench/frames.h"
 #include "tests/bench/scenes.h"
@@ -143,5 +144,6 @@ static bool run_scene(struct bench *bench, const struct bench_scene *scene, stru
 bool suite_smoke(struct bench *bench, struct error *err)
 {
     return (!bench_wants_scene(bench, "close-up") || close_up_run(bench, err)) &&
+           (!bench_wants_scene(bench, "chapel") || chapel_haze_run(bench, err)) &&
            bench_scenes_run(bench, run_scene, err);
 }
