@@ -34,9 +34,8 @@ void main()
 #if defined(IS_CAP)
     emit(drawn_cap(v_patch[0]));
 #elif defined(IS_TRIANGLE)
-    for (uint side = 0u; side < 3u; side++)
-        emit(drawn_side_of(v_patch[0], side));
-    emit(drawn_cap(v_patch[0]));
+    for (uint i = 0u; i < 4u; i++)
+        emit(drawn_face_of(v_patch[0], i));
 #else
     emit(drawn_edge(v_patch[0]));
 #endif

@@ -198,12 +198,17 @@ drawn_face drawn_edge(uint patch_at)
                       part.y * VOLUME_PATCH_QUADS);
 }
 
-// Behind a side of a triangle alone: that of its first two vertices, the outer ones, the last two.
-drawn_face drawn_side_of(uint triangle, uint side)
+// Behind a side of a triangle alone: that of its first two vertices, the outer ones, the last two;
+// or the triangle. All in one way through the program, which compilers repeat for each call.
+drawn_face drawn_face_of(uint triangle, uint at)
 {
+    bool is_cap = at == 3u;
     uvec3 v = triangles[triangle].xyz;
-    return drawn_side(volume_cap(triangle, side == 1u ? -1 : 1), triangle, side,
-                      uvec2(side == 2u ? v.y : v.x, side == 0u ? v.y : v.z), 0u);
+    vec4 a = volume_vertex(at == 2u ? v.y : v.x), c = volume_vertex(v.z);
+    vec4 b = at == 0u || is_cap ? volume_vertex(v.y) : c;
+    vec4 corners[4] = vec4[](a, b, is_cap ? c : away(b), is_cap ? c : away(a));
+    return drawn(volume_cap(triangle, at == 1u ? -1 : 1), triangle, is_cap ? VOLUME_KIND_CAP : at,
+                 corners, is_cap ? c : u_light, 0u);
 }
 
 drawn_face drawn_cap(uint triangle)

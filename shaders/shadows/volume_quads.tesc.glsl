@@ -21,7 +21,7 @@ void main()
 #ifdef IS_TRIANGLE
     int faces = 0;
     for (uint i = 0u; i < VOLUME_PATCH_FACES; i++) {
-        drawn_face d = i < 3u ? drawn_side_of(v_patch[0], i) : drawn_cap(v_patch[0]);
+        drawn_face d = drawn_face_of(v_patch[0], i);
         if (d.count > 0u)
             put(faces++, d, 0u);
     }

@@ -277,6 +277,28 @@ static void programs_of_every_form_of_silhouettes_link(void **state)
     close_scene(&scene);
 }
 
+/* Integers, and half floats of both kinds; orthographic eyes, too. */
+static void programs_of_every_form_of_volumes_link(void **state)
+{
+    (void)state;
+    struct warm_scene scene;
+    struct view view = view_by(SHADOWS_VOLUME);
+    const struct glb_material_desc plain = {.base_color = {0.5, 0.5, 0.5, 1}, .roughness = 1};
+    open_lobes(&scene, &plain);
+    view.lights = &lamp;
+    view.light_count = 1;
+    for (int i = 0; i < 6; i++) {
+        view.camera.ortho_height = i % 2 ? 4 : 0;
+        view.quality.faithful = i >= 2;
+        view.quality.volume_map = i >= 4 ? VIEW_VOLUME_FACTORS : VIEW_VOLUME_LOGARITHMS;
+        scene.file = i >= 2 ? "volume_drawn.frag.glsl" : "volume_cover.comp.glsl";
+        scene.has_file = false;
+        link_all(&scene, &view);
+        assert_true(scene.has_file);
+    }
+    close_scene(&scene);
+}
+
 static struct environment *attach_studio(struct renderer *renderer)
 {
     struct error err = {0};
@@ -327,6 +349,7 @@ int main(void)
         cmocka_unit_test(programs_of_media_and_of_cuts_link),
         cmocka_unit_test(programs_of_lobes_link),
         cmocka_unit_test(programs_of_every_form_of_silhouettes_link),
+        cmocka_unit_test(programs_of_every_form_of_volumes_link),
         cmocka_unit_test(programs_of_environments_link),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
