@@ -42,7 +42,7 @@ static bool is_letter(uint8_t byte)
     return (byte | 32) >= 'a' && (byte | 32) <= 'z';
 }
 
-/* The chunk at *at, which moves behind it. False: the file has no whole one there, or an odd one. */
+/* The chunk at *at, which moves behind it. False: there is no whole one, or an odd one. */
 static bool next_chunk(const struct png_plain *file, size_t *at, struct chunk *chunk)
 {
     if (file->size - *at < CHUNK_BYTES)

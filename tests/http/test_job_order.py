@@ -91,8 +91,9 @@ class JobOrder(JobTest):
         self.daemon.request("DELETE", f"/v1/jobs/{first}")
         self.assertIn("was cancelled", self.wait(after, "cancelled")["problem"]["detail"])
         self.wait(either)
-        for _ in range(5): # a moment later it is cancelled: who watches must not take it for waiting
-            late = self.daemon.request("POST", "/v1/jobs", body_of(scene, "1", after=[first])).json()
+        for _ in range(5):  # it is cancelled a moment later, and does not tell a watcher to give up
+            late = self.daemon.request("POST", "/v1/jobs",
+                                       body_of(scene, "1", after=[first])).json()
             found = self.job(late["id"])
             for seen in (late, found):
                 self.assertEqual(seen["state"] == "cancelled", seen["problem"] is not None)
