@@ -287,8 +287,8 @@ void http_reply_error(struct http_exchange *exchange, const struct error *proble
         log_write(exchange->server->log, status == 503 ? LOG_WARNING : LOG_ERROR,
                   "%s %s %s: %s: %s", exchange->id, exchange->method_name, exchange->path,
                   error_code_name(problem->code), problem->message);
-    if (status == 503 && !has_header(exchange, "Retry-After"))
-        http_reply_header(exchange, "Retry-After", "2");
+    if ((status == 429 || status == 503) && !has_header(exchange, "Retry-After"))
+        http_reply_header(exchange, "Retry-After", status == 429 ? "30" : "2");
     char *text = problem_to_json(problem, exchange->id);
     http_reply_bytes(exchange, status, PROBLEM_MEDIA_TYPE, text ? text : "{}",
                      text ? strlen(text) : 2);

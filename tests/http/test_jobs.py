@@ -275,6 +275,20 @@ class Jobs(JobTest):
         self.assertLessEqual(min(frames_while({}) for _ in range(6)), 2)
         self.daemon.request("DELETE", f"/v1/jobs/{job}")
 
+    def test_frames_of_all_jobs_have_a_bound(self):
+        with support.Daemon() as daemon:
+            scene = daemon.push(moving())
+            def submit(frames):
+                return daemon.request("POST", "/v1/jobs", body_of(scene, frames, paused=True))
+            first = [submit("1-100000") for _ in range(10)][0].json()["id"]
+            reply = submit("1")
+            self.assertEqual([429, "too_many_requests", "30"],
+                             [reply.status, reply.json()["code"], reply.header("Retry-After")])
+            self.assertIn("1000000 frames", reply.json()["detail"])
+            daemon.request("DELETE", f"/v1/jobs/{first}")
+            forgotten = daemon.request("DELETE", f"/v1/jobs/{first}?forget=true")
+            self.assertEqual([204, 202], [forgotten.status, submit("1").status])
+
     def test_bad_jobs_are_refused_by_member(self):
         scene = self.daemon.push(moving())
         def refused(status, pointer, words, **members):

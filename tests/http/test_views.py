@@ -481,7 +481,8 @@ class Limits(ViewTest):
     def test_one_client_makes_so_many_views_and_no_more(self):
         made = [self.make() for _ in range(4)]
         reply = self.ask("POST", "", {"scene": self.scene})
-        self.assertEqual((429, "too_many_requests"), (reply.status, reply.code))
+        self.assertEqual((429, "too_many_requests", "30"),
+                         (reply.status, reply.code, reply.header("Retry-After")))
         self.ask("DELETE", made[0])
         self.make()
 
