@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#include "protocol/haze_taps.h"
 #include "protocol/quality_defaults.h"
 
 static const double MS = 1e-6; /* per ns */
@@ -167,10 +168,13 @@ static void add_looks(const struct workload *w, const struct forecast_setting *s
                       double terms[FORECAST_TERM_COUNT])
 {
     const struct device_costs *c = &forecast_costs;
-    double looks =
-        setting->has_shadows && w->shadowed_lights ? c->look + c->tap * setting->shadow_taps : 0;
+    if (!setting->has_shadows || !w->shadowed_lights)
+        return;
+    double looks = c->look + c->tap * setting->shadow_taps;
+    double in_haze = c->look + c->tap * haze_taps(setting->shadow_taps);
     terms[FORECAST_TERM_LOOKS] += MS * count_rounds(setting) * count_surfaces(w) * w->lit * looks;
-    terms[FORECAST_TERM_HAZE] += MS * count_rounds(setting) * w->haze_slices * w->haze_lit * looks;
+    terms[FORECAST_TERM_HAZE] +=
+        MS * count_rounds(setting) * w->haze_slices * w->haze_lit * in_haze;
 }
 
 static void add_maps(const struct workload *w, const struct forecast_setting *setting,

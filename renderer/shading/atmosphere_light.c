@@ -5,9 +5,11 @@
 #include <epoxy/gl.h>
 #include <stdio.h>
 
+#include "protocol/haze_taps.h"
 #include "renderer/base/matrix.h"
 #include "renderer/environment/environment.h"
 #include "renderer/scene/atmosphere_grid.h"
+#include "renderer/shading/light_chunks.h"
 
 #include "shaders/shared/bindings.h"
 
@@ -189,6 +191,9 @@ bool atmosphere_trace(const struct window_frame *frame, struct traced_shadows *t
 
 static void bind_points(const struct window_frame *frame, const struct gl_program *program)
 {
+    int taps = haze_taps((int)light_taps(frame, false));
+    gl_program_set_u(program, "u_shadow_taps", (uint32_t)taps);
+    gl_program_set_f(program, "u_taps", (float)taps);
     gl_buffer_bind_storage(&frame->targets->atmosphere, BIND_ATMOSPHERE);
     gl_buffer_bind_storage(&frame->targets->atmosphere_reach, BIND_ATMOSPHERE_REACH);
     gl_program_set_u2(program, "u_size_px", (uint32_t)frame->window.width,

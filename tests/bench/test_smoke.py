@@ -107,6 +107,15 @@ class CommandLine(unittest.TestCase):
                 error = checks[technique, f"mean error, {samples} atmosphere samples"]
                 self.assertTrue(0 < error < 0.5, checks)
 
+    def test_haze_of_the_chapel_states_both_figures_of_its_target(self):
+        done = measure("smoke", "--scene", "chapel", "--size", "64x36", "--seconds", "1")
+        self.assertEqual(0, done.returncode, done.stderr)
+        checks = {c["name"]: c for c in json.loads(done.stdout)["checks"]}
+        cost, error = checks["cpu haze / without"], checks["RMSE beside 256 slices"]
+        self.assertEqual(("<= 2", "<= 0.01"), (cost["target"], error["target"]))
+        self.assertGreater(cost["value"], 0.5)
+        self.assertTrue(0 < error["value"] < 0.5, error)
+
     def test_smoke_from_nearby_states_what_a_walk_per_step_takes(self):
         done = measure("smoke", "--scene", "close-up", "--size", "32x18", "--seconds", "1")
         self.assertEqual(0, done.returncode, done.stderr)
