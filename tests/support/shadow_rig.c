@@ -328,6 +328,16 @@ static struct view_material_override *override_flags(const struct pane_scene *pa
     return overrides;
 }
 
+/* As a frame does before its casters are drawn. */
+static bool bring_textures(struct shadow_rig *rig, struct error *err)
+{
+    struct report_textures report;
+    const struct texture_demand demand = {.store = scene_gpu_textures(rig->gpu, 0)};
+    const struct texture_request request = {.demands = &demand, .count = 1};
+    assert(scene_gpu_part_count(rig->gpu) == 1);
+    return texture_pool_prepare(rig->textures, &request, &report, err);
+}
+
 bool shadow_rig_prepare(struct shadow_rig *rig, const struct pane_scene *panes,
                         const struct view_light *lights, size_t light_count, const double eye[3],
                         const struct view_quality *quality, struct error *err)
@@ -348,7 +358,7 @@ bool shadow_rig_prepare(struct shadow_rig *rig, const struct pane_scene *panes,
     free(overrides);
     free(names);
     rig->gpu = ok ? scene_gpu_create(&rig->scene, rig->textures, err) : NULL;
-    if (!rig->gpu || !draw_arena_begin(rig->arena, &rig->state, err))
+    if (!rig->gpu || !bring_textures(rig, err) || !draw_arena_begin(rig->arena, &rig->state, err))
         return false;
     struct shadow_prepare_desc desc = {.scene_key = "panes",
                                        .gpu = rig->gpu,
