@@ -14,7 +14,8 @@ FOLDERS = {"server", "protocol", "renderer", "shaders", "glb", "clients", "tests
 # folder -> what it may include: whole folders, or single headers
 ARROWS = {
     "protocol": {"protocol"},
-    "renderer": {"renderer", "shaders", "protocol/error.h", "protocol/lobe_members.h",
+    "renderer": {"renderer", "shaders", "protocol/error.h", "protocol/haze_taps.h",
+                 "protocol/lobe_members.h",
                  "protocol/provenance_file.h", "protocol/quality_defaults.h",
                  "protocol/quality_setting.h",
                  "protocol/report_counts.h", "protocol/scene_format.h",
