@@ -50,7 +50,8 @@ INSIDE_FORMS uint32_t rt_meets(float along, float square)
 INSIDE_FORMS uint32_t rt_meets_inside(float u, float v)
 {
     static const float border = 1e-3f; /* share of a side */
-    return (u > border) & (v > border) & (u + v < 1 - border) ? RT_MEETS_INSIDE : 0;
+    uint32_t is_inside = (u > border) & (v > border) & (u + v < 1 - border);
+    return is_inside ? RT_MEETS_INSIDE : 0;
 }
 
 /* Of the mesh, not of the normal that Embree has. 0: of instances nothing is known. */

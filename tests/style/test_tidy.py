@@ -32,6 +32,7 @@ TIDY = sources.clang_tool("clang-tidy")
 FOLDERS = {"protocol", "server", "renderer"}
 CONFIGURATION = ".clang-tidy"
 ANALYZED = pathlib.PurePosixPath("tests/style/analyzed")
+COMPILER = "clang-diagnostic-*"  # without it -Werror counts only where no analyzer runs
 USE_AFTER_FREE = "int *p = malloc(4);\n    free(p);\n    return *p;"  # the analyzer sees it
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)
 
@@ -124,7 +125,7 @@ def findings_unless_clean(entry, clean):
     key = key_of(entry)
     if key and (clean / key).exists():
         return []
-    told = findings(entry)
+    told = findings_with_analyzer(entry)
     if key and not told:
         (clean / key).touch()
     return told
@@ -142,8 +143,12 @@ def findings(entry, *options):
     return told
 
 
+def findings_with_analyzer(entry):
+    return findings(entry, f"--checks={COMPILER}")
+
+
 def findings_without_analyzer(entry):
-    return findings(entry, "--checks=-clang-analyzer-*")
+    return findings(entry, f"--checks={COMPILER},-clang-analyzer-*")
 
 
 def judge(entries, analyzed):
@@ -204,6 +209,13 @@ class Tidy(unittest.TestCase):
             self.assertEqual([], findings_without_analyzer(planted(folder, USE_AFTER_FREE)))
             told = findings_without_analyzer(planted(folder, "if (rand()); return 1;"))
             self.assertIn("bugprone-suspicious-semicolon", "".join(told))
+
+    def test_warnings_of_the_compiler_are_findings_with_and_without_the_analyzer(self):
+        with tempfile.TemporaryDirectory() as folder:
+            entry = planted(folder, "return (rand() > 1) & (rand() < 3) ? 4 : 5;")
+            entry["command"] = entry["command"].replace("cc ", "cc -Wall ")
+            for judged in (findings_with_analyzer, findings_without_analyzer):
+                self.assertIn("bitwise-conditional-parentheses", "".join(judged(entry)))
 
     def test_files_are_analyzed_whose_text_or_headers_changed(self):
         def below(*names):
