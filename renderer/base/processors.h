@@ -7,7 +7,7 @@
 /* Variable of the environment: the share of this process. */
 #define PROCESSORS_VARIABLE "VITRAIL_THREADS"
 
-/* 1 or more: this process' share, or all that are online. */
+/* 1 or more: this process' share, or all that are online and may run the calling thread. */
 int processors_usable(void);
 
 /* The share of each of so many processes. */

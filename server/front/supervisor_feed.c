@@ -155,7 +155,7 @@ static void give_tasks(struct supervisor *supervisor)
 static bool tell_learned(const struct supervisor *supervisor, struct worker_slot *slot)
 {
     const struct worker_slot *keeper = supervisor_keeper(supervisor);
-    uint64_t learned = keeper ? keeper->totals.learned : 0;
+    uint64_t learned = keeper ? keeper->totals.learned_kept : 0;
     if (!learned || slot->is_keeper || learned == slot->totals.learned ||
         learned == slot->told_learned)
         return true;

@@ -110,6 +110,7 @@ static void totals_message(struct worker_slot *slot, const json_t *json)
     totals->timed = number(json, "timed");
     totals->timings_stopped = number(json, "timings_stopped");
     totals->learned = number(json, "learned");
+    totals->learned_kept = number(json, "learned_kept");
     totals->cache_bytes = number(json, "cache_bytes");
     totals->cache_scenes = number(json, "cache_scenes");
     totals->cache_hits = number(json, "cache_hits");

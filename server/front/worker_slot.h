@@ -29,7 +29,8 @@ struct worker_totals {
     uint64_t programs_loaded;                    /* likewise: from the state directory */
     uint64_t programs_kept, programs_kept_bytes; /* there */
     uint64_t timed, timings_stopped;             /* runners-up of `auto`, by that process */
-    uint64_t learned; /* print of what `auto` goes by beside the device's speed; 0: nothing */
+    uint64_t learned;      /* print of what `auto` goes by beside the device's speed; 0: nothing */
+    uint64_t learned_kept; /* likewise, of what is in the file */
     uint64_t gpu_used_bytes, cache_bytes, cache_scenes, cache_hits, cache_misses, cache_evictions;
     int pid; /* 0 = none */
 };

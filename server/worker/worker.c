@@ -37,6 +37,7 @@ enum {
     TELL_EVERY_US = 250000, /* ... and between two of them */
     MEASURE_IDLE_MS = 1000, /* after which the device's speed is measured: a client that opens a
                                scene at once goes before */
+    STILL_MS = 100,         /* without a frame of a view in motion, after which none moves */
 };
 
 /* A view that the renderer borrows until its frame is retired. */
@@ -54,6 +55,7 @@ struct worker {
     uint64_t reported;             /* the frame that progress is of */
     atomic_int_least64_t tell_us;  /* when the next message is due */
     bool is_paused, is_lost;       /* a frame is preempted; the GL context is lost */
+    bool is_in_motion;             /* the last frame was one of a view in motion */
     uint64_t current;              /* the frame that may be paused */
     struct encode_task *in_flight; /* whose frame is in flight; or NULL */
     struct submitted_view *in_flight_view;
@@ -126,15 +128,17 @@ static void encoded(void *context, struct encode_task *task, const struct error 
 static void send_totals(struct worker *worker)
 {
     struct mapped_scenes_totals totals = mapped_scenes_get_totals(worker->files.scenes);
+    worker_device_keep_observations(&worker->device, worker->is_in_motion);
     renderer_get_info(worker->renderer, &worker->info);
     send_message(
         worker,
-        json_pack("{s:s,s:o*,s:o*,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}", "op",
-                  "totals", "lessons", worker_device_take_lessons(&worker->device), "times",
+        json_pack("{s:s,s:o*,s:o*,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}",
+                  "op", "totals", "lessons", worker_device_take_lessons(&worker->device), "times",
                   time_estimator_take_lessons(worker->estimator), "timed",
                   (json_int_t)worker->timing.timed, "timings_stopped",
                   (json_int_t)worker->timing.stopped, "learned",
-                  (json_int_t)worker_device_keep_observations(&worker->device), "programs_built",
+                  (json_int_t)worker_device_learned(&worker->device), "learned_kept",
+                  (json_int_t)worker->device.observations_print, "programs_built",
                   (json_int_t)worker->info.programs_built, "programs_reused",
                   (json_int_t)worker->info.programs_reused, "programs_loaded",
                   (json_int_t)worker->info.programs_loaded, "programs_kept",
@@ -259,6 +263,7 @@ static bool draw(struct worker *worker, struct ipc_message *message, struct enco
         return false;
     view->quality.expects_reuse = json_is_true(json_object_get(message->json, "reuse"));
     view->quality.may_be_coarse = json_is_true(json_object_get(message->json, "coarse"));
+    worker->is_in_motion = view->quality.may_be_coarse;
     if (!chooser_choose_technique(worker->renderer, task->request.scene, view, &submitted->choice,
                                   err) ||
         !metering_resolve(worker->renderer, view, task->format, &task->request, &task->metering,
@@ -601,7 +606,6 @@ static void rest(struct worker *worker)
     send_totals(worker);
 }
 
-/* True while the worker shall go on. */
 /* Choices go by it from now on. */
 static void follow(struct worker *worker)
 {
@@ -621,6 +625,7 @@ static void learn(struct worker *worker, const json_t *lessons, const json_t *ti
     send_totals(worker);
 }
 
+/* True while the worker shall go on. */
 static bool serve(struct worker *worker, struct ipc_message *message)
 {
     const char *op = json_string_value(json_object_get(message->json, "op"));
@@ -728,6 +733,11 @@ static bool next_message(struct worker *worker, struct ipc_message *message)
     if (worker->device.is_pending && !worker->is_lost &&
         !inbox_wait(worker->inbox, MEASURE_IDLE_MS))
         measure_device(worker);
+    if (worker->device.keeps && worker->is_in_motion && !worker->is_lost &&
+        !inbox_wait(worker->inbox, STILL_MS)) {
+        worker->is_in_motion = false;
+        send_totals(worker); /* keeps what the motion taught */
+    }
     if (worker->device.keeps && idle_timing_message(&worker->timing) && !worker->is_lost &&
         !inbox_wait(worker->inbox, IDLE_TIMING_AFTER_MS))
         time_runner_up(worker);
@@ -745,6 +755,7 @@ static void run(struct worker *worker)
         forget(worker);
     }
     retire(worker);
+    worker_device_keep_observations(&worker->device, false);
     worker->is_lost |= !goes_on;
 }
 
@@ -766,7 +777,6 @@ int worker_main(int socket)
     ipc_message_finish(&message);
     if (is_good) {
         say_hello(&worker);
-        send_totals(&worker);
         renderer_set_completion(worker.renderer, &worker.completion);
         run(&worker);
     } else {

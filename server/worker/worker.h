@@ -24,7 +24,8 @@
  * - forget {forget}: ids of scenes that were deleted, here and in render and ask
  * - lessons {"lessons", "times"}, each perhaps: what frames of others teach, from their totals;
  *   "lessons" go to the one that keeps, "times" to all
- * - learned {}: the one that keeps has written down what it learned of frames, which is read anew
+ * - learned {}: the one that keeps has written down what it learned of frames (`learned_kept` of
+ *   its totals), which is read anew
  * - rest {}: nobody has asked for a while; memory of structures that the last frame did not use is
  *   given back
  *

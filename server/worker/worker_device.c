@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "protocol/utf8.h"
+#include "renderer/base/wall_clock.h"
 #include "server/base/config.h"
 #include "server/mapping/auto_mapping.h"
 #include "server/mapping/lesson_mapping.h"
@@ -12,6 +13,9 @@
 #include "server/mapping/view_mapping.h"
 #include "server/worker/device_speed.h"
 #include "server/worker/speed_file.h"
+
+/* So much of a long motion's lessons is lost with a process that is killed. */
+static const double LOOK_EVERY_MS = 10000;
 
 static const char *path_of(const json_t *settings, const char *member)
 {
@@ -172,17 +176,26 @@ void worker_device_describe(const struct worker_device *device,
     capabilities->blocks = device->blocks;
 }
 
-uint64_t worker_device_keep_observations(struct worker_device *device)
+uint64_t worker_device_learned(const struct worker_device *device)
+{
+    uint64_t print;
+    (void)renderer_get_learned(device->renderer, &print);
+    return print;
+}
+
+void worker_device_keep_observations(struct worker_device *device, bool is_in_motion)
 {
     char key[SPEED_KEY_BYTES];
     struct error unsaved = {0};
     uint64_t print;
+    if (is_in_motion && wall_ms() < device->looked_ms + LOOK_EVERY_MS)
+        return;
+    device->looked_ms = wall_ms();
     const struct learning *learned = renderer_get_learned(device->renderer, &print);
     if (print == device->observations_print || !device->observations_path[0] || !learned ||
         !device->keeps)
-        return print;
+        return;
     device->observations_print = print;
     speed_file_make_key(device->renderer, key);
     (void)!observations_file_save(learned, device->observations_path, key, &unsaved);
-    return print;
 }

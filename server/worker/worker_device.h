@@ -21,6 +21,7 @@ struct worker_device { /* zeroed = not begun */
     struct device_blocks blocks;
     char observations_path[WORKER_PATH_BYTES]; /* "": they are not kept */
     uint64_t observations_print;               /* of those in the file */
+    double looked_ms;                          /* when it was last found that they are */
 };
 
 /* From files of an earlier start, or measured; tells the renderer. In software the speed that
@@ -46,8 +47,11 @@ json_t *worker_device_take_lessons(struct worker_device *device);
 /* Of the one that keeps: learns from frames of another worker. With no frame under way. */
 void worker_device_learn(struct worker_device *device, const json_t *lessons);
 
-/* Stores what was learned from frames where this worker keeps, and returns its print. What cannot
- * be written is learned again at the next start. */
-uint64_t worker_device_keep_observations(struct worker_device *device);
+/* The print of what was learned from frames. */
+uint64_t worker_device_learned(const struct worker_device *device);
+/* Stores it where this worker keeps; afterwards `observations_print` is that of the file. What
+ * cannot be written is learned again at the next start. A view in motion waits for no file: most
+ * calls of its frames store nothing, and one afterwards has to. */
+void worker_device_keep_observations(struct worker_device *device, bool is_in_motion);
 
 #endif

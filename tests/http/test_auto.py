@@ -9,6 +9,7 @@ import time
 import unittest
 
 import support
+from sockets import WebSocket
 from test_service_real import lit_floor
 
 REAL = os.path.join(support.BIN, "vitraild")
@@ -272,6 +273,33 @@ class Kept(unittest.TestCase):
             with third:
                 self.assertRegex(automatic(third)["note"], "^measured at this start")
                 assert third.stop() == 0
+
+
+    def test_what_a_view_in_motion_teaches_outlives_the_server(self):
+        """Nothing is written on the way, and no picture at rest comes after."""
+        with open_daemon() as first:
+            folder = os.path.join(first.state_dir, "cache")
+            speed, learned = (os.path.join(folder, f"{what}-0.json")
+                              for what in ("device-speed", "forecasts"))
+            self.assertEqual(0, first.stop())
+            with open(speed, encoding="utf-8") as file:
+                numbers = json.load(file)
+            with open(speed, "w", encoding="utf-8") as file:  # so that frames have much to teach
+                json.dump({key: value if key == "key" else 8 * value
+                           for key, value in numbers.items()}, file)
+            with open_daemon(state_dir=first.state_dir) as daemon:
+                scene = daemon.push(lit_floor())
+                view = daemon.request("POST", "/v1/views", {
+                    "scene": scene, **SIZE, "stream": {"rest_ms": 10000}}).json()["id"]
+                with WebSocket(daemon.port, f"/v1/views/{view}/socket", timeout=120) as viewer:
+                    viewer.until_type("hello")
+                    for seq in range(1, 13):
+                        camera = {"eye": [seq / 8, 2, 3], "target": [0, 0, 0]}
+                        viewer.send(type="camera", seq=seq, camera=camera)
+                        viewer.until_type("frame", seq=seq)
+                    self.assertEqual(0, daemon.stop())
+            with open(learned, encoding="utf-8") as file:
+                self.assertGreaterEqual(json.load(file)["observations"], 3)
 
 
 class Pinned(unittest.TestCase):
