@@ -257,7 +257,9 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
                           &(struct workload_desc){.view = desc->view,
                                                   .state = desc->state,
                                                   .camera = desc->camera,
-                                                  .reach = desc->reach},
+                                                  .reach = desc->reach,
+                                                  .kept = desc->kept,
+                                                  .state_key = desc->state_key},
                           err))
         return false;
     bool is_warm = quality->expects_reuse, all_stay = true;

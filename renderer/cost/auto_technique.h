@@ -7,6 +7,7 @@
 #ifndef VITRAIL_RENDERER_COST_AUTO_TECHNIQUE_H
 #define VITRAIL_RENDERER_COST_AUTO_TECHNIQUE_H
 
+#include "renderer/base/content_key.h"
 #include "renderer/cost/learning.h"
 #include "renderer/frame_report.h"
 #include "renderer/lights/light_reach.h"
@@ -52,6 +53,8 @@ struct auto_pick auto_pick(const struct learning_case frames[SHADOWS_COUNT],
 /* A frame of one technique that builds this share of its structures, [0, 1]. */
 struct learning_case auto_case(const struct learning_case *cold, double built_share);
 
+struct workload_kept;
+
 struct auto_desc {
     const struct view *view;              /* required */
     const struct scene_state *state;      /* required */
@@ -60,7 +63,9 @@ struct auto_desc {
     int raster_samples;                   /* of the rasteriser for this view */
     uint64_t shadow_budget_bytes;         /* of all shadow structures; 0 = any */
     uint64_t view_key;                    /* of learning_case.view */
-    struct light_reach *reach; /* as workload_desc has it, where a forecast was needed; optional */
+    struct light_reach *reach;  /* as workload_desc has it, where a forecast was needed; optional */
+    struct workload_kept *kept; /* likewise; optional */
+    struct content_key state_key; /* likewise */
 };
 
 /* A quality leaves the choice open when it has `shadows: auto` and says nothing that only maps have

@@ -34,6 +34,7 @@ const struct auto_choice *choice_cache_get(struct choice_cache *cache, struct co
         drop(entry);
         struct auto_desc own = *desc;
         own.reach = &entry->reach;
+        own.kept = &cache->kept;
         if (!auto_choose(&entry->choice, &own, err)) {
             drop(entry);
             return NULL;
@@ -78,5 +79,6 @@ void choice_cache_clear(struct choice_cache *cache)
 {
     for (int i = 0; i < CHOICE_CACHE_ENTRIES; i++)
         drop(&cache->entries[i]);
+    workload_kept_finish(&cache->kept);
     cache->moving_left = 0;
 }

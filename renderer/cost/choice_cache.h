@@ -7,6 +7,7 @@
 
 #include "renderer/base/content_key.h"
 #include "renderer/cost/auto_technique.h"
+#include "renderer/cost/workload.h"
 
 enum {
     CHOICE_CACHE_ENTRIES = 8,
@@ -26,10 +27,11 @@ struct choice_cache { /* zeroed = empty */
     struct content_key moving_key;
     struct auto_choice moving;
     int moving_left; /* frames that may still go by it; 0: none is kept */
+    struct workload_kept kept;
 };
 
 /* The choice under its key, made where it is absent; valid until the next call. NULL with err.
- * `reach` of the desc is not used. */
+ * `reach` and `kept` of the desc are not used. */
 const struct auto_choice *choice_cache_get(struct choice_cache *cache, struct content_key key,
                                            const struct auto_desc *desc, struct error *err);
 /* The same for a view in motion, with a key that leaves out what moves: the choice may be that of

@@ -24,16 +24,10 @@ enum {
 
 static const double GOLDEN = 0.6180339887498949; /* steps of it lie evenly, however many */
 
-struct pair { /* of neighbours */
-    double normals[2][3], at[3];
-    double edge_m, weight; /* pairs that it stands for */
-    const struct state_item *item;
-};
-
 struct counter {
     const struct workload_desc *desc;
     const struct scene_sampling *sampling;
-    struct pair *pairs;
+    struct workload_pair *pairs;
     size_t count;
 };
 
@@ -50,13 +44,13 @@ static double normal_of(double corners[3][3], double normal[3])
     return sqrt(square);
 }
 
-static void take_pair(struct counter *counter, const struct state_item *item, uint32_t triangle,
-                      double weight)
+static void take_pair(struct counter *counter, size_t item, uint32_t triangle, double weight)
 {
-    const struct state_geometry geometry = state_geometry_of(counter->desc->state, item);
-    struct pair *pair = &counter->pairs[counter->count++];
+    const struct scene_state *state = counter->desc->state;
+    const struct state_geometry geometry = state_geometry_of(state, &state->items[item]);
+    struct workload_pair *pair = &counter->pairs[counter->count++];
     double corners[3][3];
-    *pair = (struct pair){.weight = weight, .item = item};
+    *pair = (struct workload_pair){.weight = weight, .item = item};
     for (uint32_t t = 0; t < 2; t++) {
         for (uint32_t i = 0; i < 3; i++)
             state_geometry_corner(&geometry, 3 * ((size_t)triangle + t) + i, corners[i]);
@@ -73,10 +67,15 @@ static uint32_t pairs_of(const struct scene_state *state, const struct state_ite
     return has_any ? p->index_count / 3 - 1 : 0;
 }
 
+static size_t most_pairs(const struct workload_desc *desc)
+{
+    return desc->view->quality.may_be_coarse ? PAIRS_OF_MOTION : PAIRS_MAX;
+}
+
 static void sample_pairs(struct counter *counter)
 {
     const struct scene_state *state = counter->desc->state;
-    const size_t most = counter->desc->view->quality.may_be_coarse ? PAIRS_OF_MOTION : PAIRS_MAX;
+    const size_t most = most_pairs(counter->desc);
     double all = 0, passed = 0;
     for (size_t i = 0; i < state->whole_count; i++)
         all += pairs_of(state, &state->items[i]);
@@ -87,8 +86,39 @@ static void sample_pairs(struct counter *counter)
         passed += pairs;
         for (double k = 0; k < wanted && counter->count < most; k++) {
             place = step > 1 ? fmod(place + GOLDEN, 1) : k / pairs;
-            take_pair(counter, &state->items[i], (uint32_t)(place * pairs), step);
+            take_pair(counter, i, (uint32_t)(place * pairs), step);
         }
+    }
+}
+
+/* Those that are kept, or new ones. */
+static bool find_pairs(struct counter *counter, struct error *err)
+{
+    const struct workload_kept *kept = counter->desc->kept;
+    if (kept && kept->pairs) {
+        counter->pairs = kept->pairs;
+        counter->count = kept->pair_count;
+        return true;
+    }
+    counter->pairs = malloc(most_pairs(counter->desc) * sizeof *counter->pairs);
+    if (!counter->pairs)
+        return error_set(err, ERROR_NO_MEMORY, "sampling of shadow volumes");
+    sample_pairs(counter);
+    return true;
+}
+
+/* Keeps those of a view in motion, which are a hundred kilobytes; others are eight times as many,
+ * and pictures at rest take longer to draw. */
+static void give_pairs(struct counter *counter)
+{
+    struct workload_kept *kept = counter->desc->kept;
+    if (!counter->pairs)
+        return;
+    if (kept && counter->desc->view->quality.may_be_coarse) {
+        kept->pairs = counter->pairs;
+        kept->pair_count = counter->count;
+    } else {
+        free(counter->pairs);
     }
 }
 
@@ -203,7 +233,7 @@ static double follow(const struct counter *counter, const struct state_light *li
 }
 
 static double follow_from(const struct counter *counter, const struct state_light *light,
-                          const struct pair *pair, double length_m)
+                          const struct workload_pair *pair, double length_m)
 {
     const struct camera *camera = counter->desc->camera;
     struct way way = {.end = 1, .widening = 1};
@@ -226,7 +256,7 @@ static double follow_from(const struct counter *counter, const struct state_ligh
 }
 
 /* Whether the neighbours face the light alike. */
-static bool is_inner(const struct state_light *light, const struct pair *pair)
+static bool is_inner(const struct state_light *light, const struct workload_pair *pair)
 {
     double to_light[3] = {-light->direction[0], -light->direction[1], -light->direction[2]};
     if (light->type != SCENE_LIGHT_DIRECTIONAL)
@@ -249,14 +279,14 @@ static double count_light(const struct counter *counter, const struct state_ligh
     step = found / WAYS_MAX + 1;
     found = 0;
     for (size_t i = 0; i < counter->count; i++) {
-        const struct pair *pair = &counter->pairs[i];
+        const struct workload_pair *pair = &counter->pairs[i];
         if (is_inner(light, pair))
             continue;
         outer += pair->weight;
         if (found++ % step)
             continue;
         followed += pair->weight;
-        if (shadow_frame_faces(&frame, pair->item))
+        if (shadow_frame_faces(&frame, &state->items[pair->item]))
             pixels += pair->weight * follow_from(counter, light, pair, length_m);
     }
     return followed > 0 ? pixels * outer / followed : 0;
@@ -268,11 +298,8 @@ bool workload_measure_volumes(struct workload *workload, const struct workload_d
 {
     struct counter counter = {.desc = desc, .sampling = sampling};
     size_t step = workload->lights / LIGHTS_SAMPLED + 1, visible = 0, taken = 0;
-    counter.pairs = malloc(PAIRS_MAX * sizeof *counter.pairs);
-    if (!counter.pairs)
-        return error_set(err, ERROR_NO_MEMORY, "sampling of shadow volumes");
-    if (workload->shadowed_lights)
-        sample_pairs(&counter);
+    if (workload->shadowed_lights && !find_pairs(&counter, err))
+        return false;
     for (size_t i = 0; i < desc->state->light_count && counter.count; i++) {
         const struct state_light *light = &desc->state->lights[i];
         if (!reach->is_in_view[i] || visible++ % step != 0)
@@ -282,6 +309,6 @@ bool workload_measure_volumes(struct workload *workload, const struct workload_d
             workload->side_pixels += count_light(&counter, light);
     }
     workload->side_pixels *= taken ? (double)workload->lights / (double)taken : 0;
-    free(counter.pairs);
+    give_pairs(&counter);
     return true;
 }

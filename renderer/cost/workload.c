@@ -195,15 +195,9 @@ static double share_of_face(const struct shadow_frame *frame, double corners[3][
     return fmin(angle, 2 * PI) / face;
 }
 
-/* What one light's maps hold. */
-struct map_load {
-    double faces, opaque, transparent, events; /* events: in units of a face's texels */
-    double layers;                             /* where the view asks for maps that have several */
-};
-
 /* As the maps are divided when they are built. What is refused then has no layers here. */
 static bool count_layers(const struct workload_desc *desc, const struct shadow_frame *frame,
-                         uint32_t light, struct map_load *load, struct error *err)
+                         uint32_t light, struct workload_map_load *load, struct error *err)
 {
     const struct shadow_method *method = shadow_method_of(desc->view->quality.shadows);
     struct shadow_map map = {.frame = *frame,
@@ -223,7 +217,7 @@ static bool count_layers(const struct workload_desc *desc, const struct shadow_f
 }
 
 static void add_events(const struct workload_desc *desc, const struct shadow_frame *frame,
-                       const struct state_item *item, double budget, struct map_load *load)
+                       const struct state_item *item, double budget, struct workload_map_load *load)
 {
     const struct state_geometry geometry = state_geometry_of(desc->state, item);
     double triangles = triangles_of(desc->state, item), corners[3][3];
@@ -237,13 +231,13 @@ static void add_events(const struct workload_desc *desc, const struct shadow_fra
     load->events += sum * triangles / fmax(taken, 1);
 }
 
-static bool load_map(const struct workload_desc *desc, size_t index, struct map_load *load,
+static bool load_map(const struct workload_desc *desc, size_t index, struct workload_map_load *load,
                      struct error *err)
 {
     const struct state_light *light = &desc->state->lights[index];
     struct shadow_frame frame;
     double transparent = 0;
-    *load = (struct map_load){0};
+    *load = (struct workload_map_load){0};
     if (!light->casts_shadow ||
         !shadow_frame_init(&frame, light, desc->state, SHADOW_RESOLUTION_DEFAULT))
         return true;
@@ -267,6 +261,23 @@ static bool load_map(const struct workload_desc *desc, size_t index, struct map_
     return !(load->transparent > 0) || count_layers(desc, &frame, (uint32_t)index, load, err);
 }
 
+/* As load_map, once for all views of the state. */
+static bool find_load(const struct workload_desc *desc, size_t index,
+                      struct workload_map_load *load, struct error *err)
+{
+    struct workload_map_load *known = desc->kept ? desc->kept->loads : NULL;
+    if (known && known[index].is_known) {
+        *load = known[index];
+        return true;
+    }
+    if (!load_map(desc, index, load, err))
+        return false;
+    load->is_known = true;
+    if (known)
+        known[index] = *load;
+    return true;
+}
+
 static bool measure_maps(struct workload *workload, const struct workload_desc *desc,
                          const struct light_reach *reach, struct error *err)
 {
@@ -274,11 +285,11 @@ static bool measure_maps(struct workload *workload, const struct workload_desc *
     size_t step = workload->lights / LIGHTS_SAMPLED + 1, visible = 0, taken = 0;
     double shadowed = 0, deep = 0;
     for (size_t i = 0; i < desc->state->light_count; i++) {
-        struct map_load load;
+        struct workload_map_load load;
         if (!reach->is_in_view[i] || visible++ % step != 0)
             continue;
         taken++;
-        if (!load_map(desc, i, &load, err))
+        if (!find_load(desc, i, &load, err))
             return false;
         if (!(load.opaque + load.transparent > 0))
             continue;
@@ -303,12 +314,37 @@ static bool measure_maps(struct workload *workload, const struct workload_desc *
     return true;
 }
 
+/* ---- what no camera changes ---- */
+
+void workload_kept_finish(struct workload_kept *kept)
+{
+    free(kept->loads);
+    free(kept->pairs);
+    *kept = (struct workload_kept){.loads = NULL};
+}
+
+/* Forgets what belongs to another state or other maps. Without memory nothing is kept. */
+static void keep_for(struct workload_kept *kept, const struct workload_desc *desc)
+{
+    const struct view_quality *quality = &desc->view->quality;
+    struct content_key key = desc->state_key;
+    content_key_add_word(&key, (uint64_t)quality->shadows << 1 | quality->faithful);
+    content_key_add_word(&key, quality->may_be_coarse);
+    if (content_key_equals(kept->key, key))
+        return;
+    workload_kept_finish(kept);
+    kept->key = key;
+    kept->loads = calloc(desc->state->light_count + 1, sizeof *kept->loads);
+}
+
 bool workload_measure(struct workload *workload, const struct workload_desc *desc,
                       struct error *err)
 {
     struct scene_sampling sampling;
     struct light_reach own = {0}, *reach = desc->reach ? desc->reach : &own;
     *workload = (struct workload){.pixels = (double)desc->view->width_px * desc->view->height_px};
+    if (desc->kept)
+        keep_for(desc->kept, desc);
     bool ok = scene_sampling_run(&sampling, desc, err) &&
               light_reach_collect(reach, desc->state, desc->camera, err);
     if (ok) {

@@ -4,6 +4,7 @@
 #ifndef VITRAIL_RENDERER_COST_WORKLOAD_H
 #define VITRAIL_RENDERER_COST_WORKLOAD_H
 
+#include "renderer/base/content_key.h"
 #include "renderer/forecast/forecast.h"
 #include "renderer/lights/light_reach.h"
 #include "renderer/scene/camera.h"
@@ -14,10 +15,21 @@ struct workload_desc {
     const struct camera *camera;     /* required */
     struct light_reach *reach;       /* out, the caller's to finish: of the state's lights, who need
                                         not be asked again; optional */
+    struct workload_kept *kept;      /* of earlier views; optional, the numbers are the same */
+    struct content_key state_key;    /* of all that the state holds; required with `kept` */
 };
 
 MUST_CHECK bool workload_measure(struct workload *workload, const struct workload_desc *desc,
                                  struct error *err);
+
+/* What no camera changes, of the last state: from one view of it to the next. */
+struct workload_kept { /* zeroed = empty */
+    struct content_key key;
+    struct workload_map_load *loads; /* of each light; NULL: none */
+    struct workload_pair *pairs;     /* of a view in motion; NULL: none */
+    size_t pair_count;
+};
+void workload_kept_finish(struct workload_kept *kept); /* empty afterwards */
 
 /* Layers that the transparency peels at a time; 0: it has others. */
 int workload_peeled_sides(enum transparency transparency);
@@ -40,6 +52,20 @@ struct scene_sampling {
     /* Depth of what is opaque in each cell of the picture, rows from below [m]; INFINITY: none. */
     float depths[SCENE_ROWS * SCENE_COLUMNS];
     float ends[SCENE_ROWS * SCENE_COLUMNS]; /* likewise, of planes in the middle of the cell */
+};
+
+/* What the maps of one light hold. */
+struct workload_map_load {
+    bool is_known;
+    double faces, opaque, transparent, events; /* events: in units of a face's texels */
+    double layers;                             /* where the view asks for maps that have several */
+};
+
+/* Two neighbours in the file, of which an edge of a shadow volume may lie between. */
+struct workload_pair {
+    double normals[2][3], at[3];
+    double edge_m, weight; /* pairs that it stands for */
+    size_t item;           /* of the state */
 };
 
 /* What the camera sees, on a coarse grid. */

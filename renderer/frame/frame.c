@@ -205,6 +205,15 @@ static struct frame_plan_desc plan_desc_of(const struct frame_context *context,
     };
 }
 
+/* The key of all that the state holds: with the clip planes. */
+static struct content_key held_key_of(const struct opened_view *opened)
+{
+    struct content_key key = opened->state_key, cut = view_cut_key(&opened->view);
+    content_key_add_word(&key, cut.words[0]);
+    content_key_add_word(&key, cut.words[1]);
+    return key;
+}
+
 static struct auto_desc auto_desc_of(const struct frame_context *context,
                                      const struct opened_view *opened)
 {
@@ -218,6 +227,7 @@ static struct auto_desc auto_desc_of(const struct frame_context *context,
         .raster_samples = plan_samples(plan.view, plan.limits),
         .shadow_budget_bytes = plan.shadow_budget_bytes,
         .view_key = observation_key_of(opened),
+        .state_key = held_key_of(opened),
     };
 }
 

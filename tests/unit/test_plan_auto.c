@@ -36,6 +36,7 @@ struct rig {
     struct view view;
     struct view_light light;
     uint64_t shadow_budget_bytes;
+    struct workload_kept *kept;
 };
 
 static void rig_open(struct rig *rig, const char *material)
@@ -72,12 +73,17 @@ static struct workload measure(struct rig *rig)
 {
     struct workload workload = {0};
     struct error err = {0};
+    struct content_key key = content_key_begin();
+    content_key_add(&key, &rig->light, sizeof rig->light);
     rig->view.lights = &rig->light;
     if (!scene_state_init(&rig->state, &rig->imported.scene, &rig->view, &err) ||
         !camera_resolve(&rig->camera, &rig->view, &rig->state, &err) ||
         !workload_measure(&workload,
-                          &(struct workload_desc){
-                              .view = &rig->view, .state = &rig->state, .camera = &rig->camera},
+                          &(struct workload_desc){.view = &rig->view,
+                                                  .state = &rig->state,
+                                                  .camera = &rig->camera,
+                                                  .kept = rig->kept,
+                                                  .state_key = key},
                           &err))
         fail_msg("%s", err.message);
     scene_state_finish(&rig->state);
@@ -287,6 +293,53 @@ static void rig_open_stack(struct rig *rig, int count, const char *material)
 }
 
 #define HALF_LIGHT "'alphaMode':'BLEND','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.5]}"
+
+static struct workload measure_anew(struct rig *rig)
+{
+    struct workload_kept *kept = rig->kept;
+    rig->kept = NULL;
+    const struct workload fresh = measure(rig);
+    rig->kept = kept;
+    return fresh;
+}
+
+static void assert_counts_equal(const struct workload *a, const struct workload *b)
+{
+    assert_true(a->map_triangles == b->map_triangles && a->deep_triangles == b->deep_triangles);
+    assert_true(a->map_faces == b->map_faces && a->deep_share == b->deep_share);
+    assert_true(a->shadowed_lights == b->shadowed_lights && a->deep_layers == b->deep_layers);
+    assert_true(a->side_pixels == b->side_pixels && a->lit == b->lit && a->layers == b->layers);
+}
+
+/* A stack before moving cameras, one of which looks away; then from beside another light. */
+static void what_is_kept_from_view_to_view_counts_as_if_it_were_not(void **unused)
+{
+    (void)unused;
+    struct rig rig;
+    struct workload_kept kept = {0};
+    rig_open_stack(&rig, 5, HALF_LIGHT);
+    rig.kept = &kept;
+    for (int i = 0; i < 16; i++) {
+        rig.view.quality.may_be_coarse = i / 8;
+        rig.light.position[0] = i / 4 % 2 ? 2 : 0;
+        rig.light.position[2] = 1;
+        rig.light.range = 2;
+        rig.view.camera.eye[0] = i % 4;
+        rig.view.camera.eye[2] = i % 4 == 2 ? -50 : 5;
+        rig.view.camera.target[2] = i % 4 == 2 ? -90 : 0;
+        const struct workload fresh = measure_anew(&rig), again = measure(&rig);
+        assert_counts_equal(&fresh, &again);
+        assert_int_equal(i % 4 == 2 ? 0 : 1, fresh.shadowed_lights);
+    }
+    assert_int_equal(5, kept.pair_count); /* of two triangles each */
+    kept.loads[0].transparent += 100;
+    assert_true(measure(&rig).deep_triangles == measure_anew(&rig).deep_triangles + 100);
+    rig.view.quality.faithful = true; /* which may divide maps in another way */
+    assert_true(measure(&rig).deep_triangles == measure_anew(&rig).deep_triangles);
+    workload_kept_finish(&kept);
+    assert_null(kept.loads);
+    rig_close(&rig);
+}
 
 static void peels_are_the_most_layers_before_one_another(void **unused)
 {
@@ -640,6 +693,7 @@ int main(void)
         cmocka_unit_test(haze_is_counted_by_slices_and_lights),
         cmocka_unit_test(smoke_is_counted_by_rays_lights_and_cells),
         cmocka_unit_test(sides_of_volumes_are_followed_to_what_is_seen),
+        cmocka_unit_test(what_is_kept_from_view_to_view_counts_as_if_it_were_not),
         cmocka_unit_test(peels_are_the_most_layers_before_one_another),
         cmocka_unit_test(peels_end_at_what_is_opaque_and_where_nothing_is_let_through),
         cmocka_unit_test(partitions_are_the_casters_before_one_another),
