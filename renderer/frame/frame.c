@@ -209,8 +209,7 @@ static struct frame_plan_desc plan_desc_of(const struct frame_context *context,
 static struct content_key held_key_of(const struct opened_view *opened)
 {
     struct content_key key = opened->state_key, cut = view_cut_key(&opened->view);
-    content_key_add_word(&key, cut.words[0]);
-    content_key_add_word(&key, cut.words[1]);
+    content_key_add(&key, &cut, sizeof cut);
     return key;
 }
 

@@ -35,7 +35,7 @@ static void read_observations(struct worker_device *device)
         observations_file_load(learned, device->observations_path, key))
         renderer_set_learned(device->renderer, learned);
     free(learned);
-    (void)renderer_get_learned(device->renderer, &device->observations_print);
+    device->observations_print = worker_device_learned(device);
 }
 
 void worker_device_follow(struct worker_device *device)

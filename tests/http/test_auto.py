@@ -274,7 +274,6 @@ class Kept(unittest.TestCase):
                 self.assertRegex(automatic(third)["note"], "^measured at this start")
                 assert third.stop() == 0
 
-
     def test_what_a_view_in_motion_teaches_outlives_the_server(self):
         """Nothing is written on the way, and no picture at rest comes after."""
         with open_daemon() as first:
