@@ -128,20 +128,22 @@ static void describe_assign(struct program_desc *desc, char defines[DEFINES_BYTE
     describe(desc, "area_assign.comp.glsl", defines, "PASS=%d AREA_KIND=%u", pass, kind);
 }
 
-static uint32_t groups_of(uint32_t samples)
-{
-    return samples > 4 ? 4 : 1;
-}
-
 struct find_variant {
     uint32_t kind, samples;
-    bool has_filters, has_planes;
+    bool has_filters, has_planes, is_software;
 };
+
+/* Sixteen samples do not fit into the registers of graphics hardware; our own processors read each
+ * triangle of a cell a quarter as often with them. */
+static uint32_t groups_of(const struct find_variant *variant)
+{
+    return variant->is_software && variant->samples > 4 ? 4 : 1;
+}
 
 static void describe_find(struct program_desc *desc, char defines[DEFINES_BYTES],
                           const struct find_variant *variant)
 {
-    describe(desc, "area_find.comp.glsl", defines, "GROUPS=%u%s%s%s%s", groups_of(variant->samples),
+    describe(desc, "area_find.comp.glsl", defines, "GROUPS=%u%s%s%s%s", groups_of(variant),
              variant->has_filters ? " HAS_FILTERS" : "", variant->has_planes ? " HAS_PLANES" : "",
              variant->kind == AREA_PARALLEL ? " IS_PARALLEL" : "",
              variant->samples > 1 ? " HAS_AREA_SAMPLES" : "");
@@ -188,7 +190,8 @@ static void list_kind(const struct area_listing *listing, uint32_t kind, bool is
     const struct find_variant variant = {.kind = kind,
                                          .samples = kind == AREA_RECTANGLE ? listing->samples : 1,
                                          .has_filters = listing->has_filters,
-                                         .has_planes = listing->has_planes};
+                                         .has_planes = listing->has_planes,
+                                         .is_software = listing->is_software};
     if (listing->is_faithful && has_table(&variant))
         describe_mask(&desc, defines, variant.samples);
     else
@@ -535,7 +538,8 @@ static struct find_variant variant_of(const struct area_grid_desc *desc,
     return (struct find_variant){.kind = light->kind,
                                  .samples = light->samples,
                                  .has_filters = desc->casters->has_filters,
-                                 .has_planes = desc->state->shadow_plane_count > 0};
+                                 .has_planes = desc->state->shadow_plane_count > 0,
+                                 .is_software = desc->limits->is_software};
 }
 
 static bool find_filters(struct area_grid *grid, const struct area_grid_desc *desc,
@@ -555,7 +559,7 @@ static bool find_filters(struct area_grid *grid, const struct area_grid_desc *de
     set_samples(program, desc, light);
     gl_program_set_u2(program, "u_cells", cells[0], cells[1]);
     gl_program_set_u(program, "u_area_fixed", desc->is_faithful);
-    for (uint32_t first = 0; first < light->samples; first += 4 * groups_of(light->samples)) {
+    for (uint32_t first = 0; first < light->samples; first += 4 * groups_of(&variant)) {
         gl_program_set_u(program, "u_first_sample", first);
         window_dispatch_items(desc->points.count);
         wait_for_writes();

@@ -85,6 +85,7 @@ void area_grid_finish(struct area_grid *grid);
 struct area_listing {
     bool is_orthographic, has_filters, has_curves;
     bool has_planes;  /* of the state: shadow_plane_count */
+    bool is_software; /* of struct gl_limits */
     bool is_faithful; /* of struct area_grid_desc */
     bool has_kind[3]; /* lights of AREA_* */
     uint32_t samples; /* of areas */

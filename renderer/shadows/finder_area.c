@@ -217,7 +217,8 @@ static void list_programs(const struct window_frame *frame, struct program_list 
     const struct scene_state *state = frame->state;
     struct area_listing listing = {.is_orthographic = frame->camera->is_orthographic,
                                    .has_planes = state->shadow_plane_count > 0,
-                                   .is_faithful = frame->view->quality.faithful};
+                                   .is_faithful = frame->view->quality.faithful,
+                                   .is_software = frame->limits->is_software};
     for (size_t i = 0; i < state->light_count; i++) {
         const struct state_light *light = &state->lights[i];
         bool is_area = state_light_is_area(light);

@@ -299,6 +299,36 @@ static void programs_of_every_form_of_volumes_link(void **state)
     close_scene(&scene);
 }
 
+/* With few points of a light and with many, whole casters and cut ones. */
+static void programs_of_area_shadows_link(void **state)
+{
+    static const struct view_light panel = {.type = SCENE_LIGHT_RECT,
+                                            .position = {1, 3, 5},
+                                            .direction = {0, -1, -1},
+                                            .color = {1, 1, 1},
+                                            .intensity = 90,
+                                            .width_m = 1,
+                                            .height_m = 0.5};
+    static const double plane[1][4] = {{0, -1, 0, 0.5}};
+    (void)state;
+    struct warm_scene scene;
+    struct view view = view_by(SHADOWS_AREA);
+    const struct glb_material_desc plain = {.base_color = {0.5, 0.5, 0.5, 1}, .roughness = 1};
+    open_lobes(&scene, &plain);
+    view.lights = &panel;
+    view.light_count = 1;
+    view.clip_planes = plane;
+    scene.file = "area_find.comp.glsl";
+    for (int i = 0; i < 4; i++) {
+        view.clip_plane_count = i % 2;
+        view.quality.area_samples = i >= 2 ? 16 : 4;
+        scene.has_file = false;
+        link_all(&scene, &view);
+        assert_true(scene.has_file);
+    }
+    close_scene(&scene);
+}
+
 static struct environment *attach_studio(struct renderer *renderer)
 {
     struct error err = {0};
@@ -350,6 +380,7 @@ int main(void)
         cmocka_unit_test(programs_of_lobes_link),
         cmocka_unit_test(programs_of_every_form_of_silhouettes_link),
         cmocka_unit_test(programs_of_every_form_of_volumes_link),
+        cmocka_unit_test(programs_of_area_shadows_link),
         cmocka_unit_test(programs_of_environments_link),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
