@@ -306,6 +306,25 @@ static void tell_shares(struct bench *bench, const struct traced_case *one,
                                     .p = NAN});
 }
 
+/* What 4 samples take if three bare camera rays come to 1 sample, and the surfaces that it has not
+ * are lit as fast as the quicker of ours and of the full loop lights those that it has. */
+static void tell_least(struct bench *bench, const struct traced_case *one,
+                       const struct samples ms[VARIANTS], const struct subject *subject)
+{
+    double median[VARIANTS];
+    for (int i = 0; i < VARIANTS; i++)
+        median[i] = samples_summary(&ms[i]).median;
+    const double cameras = median[BARE_FOUR] - median[BARE];
+    const double lit = fmin(median[ONE_SAMPLE], median[FULL]) - cameras / 3;
+    const double surfaces = subject->surfaces[FOUR_SAMPLES] / subject->surfaces[ONE_SAMPLE] - 1;
+    bench_check(bench,
+                &(struct check){.scene = one->scene,
+                                .subject = one->name,
+                                .name = "the same, with further surfaces / 1 sample",
+                                .value = 1 + (cameras + surfaces * lit) / median[ONE_SAMPLE],
+                                .p = NAN});
+}
+
 /* Both see the same surfaces in the same light, or the full yardstick measures something else. */
 static void tell_error(struct bench *bench, const struct traced_case *one,
                        const struct subject *subject)
@@ -369,6 +388,7 @@ static bool run_case(struct bench *bench, const struct traced_case *one, struct 
     }
     if (ok) {
         tell(bench, one, ms);
+        tell_least(bench, one, ms, subject);
         tell_shares(bench, one, subject);
         if (one->spots) /* without textures the demo scene is another picture */
             tell_error(bench, one, subject);
