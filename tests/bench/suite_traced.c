@@ -317,12 +317,11 @@ static void tell_least(struct bench *bench, const struct traced_case *one,
     const double cameras = median[BARE_FOUR] - median[BARE];
     const double lit = fmin(median[ONE_SAMPLE], median[FULL]) - cameras / 3;
     const double surfaces = subject->surfaces[FOUR_SAMPLES] / subject->surfaces[ONE_SAMPLE] - 1;
-    bench_check(bench,
-                &(struct check){.scene = one->scene,
-                                .subject = one->name,
-                                .name = "the same, with further surfaces / 1 sample",
-                                .value = 1 + (cameras + surfaces * lit) / median[ONE_SAMPLE],
-                                .p = NAN});
+    bench_check(bench, &(struct check){.scene = one->scene,
+                                       .subject = one->name,
+                                       .name = "the same, with further surfaces / 1 sample",
+                                       .value = 1 + (cameras + surfaces * lit) / median[ONE_SAMPLE],
+                                       .p = NAN});
 }
 
 /* Both see the same surfaces in the same light, or the full yardstick measures something else. */
