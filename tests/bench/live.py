@@ -3,10 +3,10 @@
 """Measures live views over loopback: camera to image, frames per second, memory; the same beside
 a client that reads slowly, one that looks closely, and one that renders large images.
 
-usage: live.py BIN [SCENE.glb] [--size WxH] [--seconds S] [--quick] [--json]
+usage: live.py BIN [SCENE.glb] [--size WxH] [--seconds S] [--budget-ms MS] [--quick] [--json]
 
-`vitrail-bench live` runs this. SCENE: the demo scene where it is not given. --quick: a few frames,
-to see that everything runs.
+`vitrail-bench live` runs this. SCENE: the demo scene where it is not given. --budget-ms: of a moving
+frame, in the place of the default of views. --quick: a few frames, to see that everything runs.
 
 Starts a vitraild of its own. Each viewer is a thread with a WebSocket to a view of its own, which
 sends a camera, waits for the frame that shows it, and sends the next: the time between is the
@@ -32,6 +32,7 @@ WANTED.add_argument("bin")
 WANTED.add_argument("scene", nargs="?")
 WANTED.add_argument("--size", default="640x360")
 WANTED.add_argument("--seconds", type=float, default=5)
+WANTED.add_argument("--budget-ms", type=float)
 WANTED.add_argument("--quick", action="store_true")
 WANTED.add_argument("--json", action="store_true")
 
@@ -161,9 +162,11 @@ def start_beside(beside, server, scene, size, view, seconds):
     return thread
 
 
-def measure(server, scene, size, viewers, seconds, beside=""):
-    width, height = size
-    body = {"scene": scene, "width": width, "height": height, "camera": camera(0, 6)}
+def measure(server, scene, arguments, viewers, seconds, beside=""):
+    size = tuple(int(side) for side in arguments.size.split("x"))
+    body = {"scene": scene, "width": size[0], "height": size[1], "camera": camera(0, 6)}
+    if arguments.budget_ms:
+        body["stream"] = {"budget_ms": arguments.budget_ms}
     views = [server.ask_json("/v1/views", body)["id"] for _ in range(viewers + 1)]
     before = server.resident_kib()
     other = start_beside(beside, server, scene, size, views[-1], seconds)
@@ -242,14 +245,13 @@ def read_scene(path, binaries):
 
 
 def run(arguments):
-    size = tuple(int(side) for side in arguments.size.split("x"))
     seconds = 0.5 if arguments.quick else arguments.seconds
     name, content = read_scene(arguments.scene, arguments.bin)
     server = Server(arguments.bin)
     try:
         scene = json.loads(server.ask("/v1/scenes", content, "model/gltf-binary")[1])["id"]
-        measure(server, scene, size, 1, min(seconds, 2), "rest")  # compiles the shaders
-        rows = [measure(server, scene, size, viewers, seconds, beside)
+        measure(server, scene, arguments, 1, min(seconds, 2), "rest")  # compiles the shaders
+        rows = [measure(server, scene, arguments, viewers, seconds, beside)
                 for viewers, beside in (QUICK if arguments.quick else CASES)]
         return {"scene": name, "size": arguments.size,
                 "device": server.ask_json("/v1/capabilities")["device"]["renderer"],
