@@ -200,9 +200,13 @@ static bool start_points(const struct light_pass *pass, struct error *err)
         return false;
     gl_buffer_clear_u32(&pass->volumes->buffers[BUFFER_TILES], 0, window_tiles(frame) * TILE_BYTES,
                         0);
+    float cone[4], range_m;
+    volumes_light_reach(pass->volumes, pass->light, cone, &range_m);
     bind_points(pass, program);
     window_set_view_ray(frame, program);
     gl_program_set_u(program, "u_index", pass->light);
+    gl_program_set_f4(program, "u_cone", cone);
+    gl_program_set_f(program, "u_range", range_m);
     gl_program_set_u(program, "u_width_px", (uint32_t)frame->window.width);
     gl_program_set_f4(program, "u_light", pass->at);
     gl_program_set_f(program, "u_eye", pass->eye);

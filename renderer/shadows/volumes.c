@@ -278,6 +278,18 @@ void volumes_place_light(const struct volumes *volumes, uint32_t light, float at
     *eye = is_far && at[2] < 0 ? -1 : 1;
 }
 
+void volumes_light_reach(const struct volumes *volumes, uint32_t light, float cone[4],
+                         float *range_m)
+{
+    const struct state_light *source = &volumes->state->lights[light];
+    double axes[3][3];
+    camera_axes(volumes->camera, axes);
+    for (int k = 0; k < 3; k++)
+        cone[k] = (float)vec3_dot(axes[k], source->direction);
+    cone[3] = source->type == SCENE_LIGHT_SPOT ? (float)cos((double)source->outer_cone_rad) : -2;
+    *range_m = source->range;
+}
+
 bool volumes_begin(struct volumes *volumes, const struct shadow_finding *finding, struct error *err)
 {
     double begin_ms = wall_ms();

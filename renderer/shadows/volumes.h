@@ -95,5 +95,9 @@ void volumes_bind_chunk(const struct volumes *volumes, size_t chunk);
 uint32_t volumes_reach_words(const struct scene_state *state); /* of a light */
 /* at: in view space, homogeneous; eye: u_eye of volume.glsl. */
 void volumes_place_light(const struct volumes *volumes, uint32_t light, float at[4], float *eye);
+/* cone: a spot's axis in view space and the cosine of its outer cone, of other lights -2; range_m:
+ * 0 = unbounded. */
+void volumes_light_reach(const struct volumes *volumes, uint32_t light, float cone[4],
+                         float *range_m);
 
 #endif

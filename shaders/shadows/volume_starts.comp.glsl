@@ -17,6 +17,8 @@ uniform float u_eye;  // of volume.glsl
 #include "shadows/volume_window.glsl"
 uniform uint u_width_px;
 uniform vec4 u_light;
+uniform vec4 u_cone;   // of a spot: its axis, and the cosine from which on light goes; else -2
+uniform float u_range; // [m]; 0: without end
 uniform vec3 u_offsets; // [m]: of the scene; of the distance; a pixel's width, there or at 1 m
 
 // 1 + the place of the light among those of the chunk with a shadow; 0: it does not get there.
@@ -31,6 +33,15 @@ uint place_of(uint cluster)
         place += is_shadowed[light];
     }
     return 0u;
+}
+
+// A hair wider than what shades: what has no light needs no shadow.
+bool is_in_light(vec3 at)
+{
+    vec3 way = at - u_light.xyz;
+    float far = length(way);
+    return u_light.w == 0.0 || ((u_range == 0.0 || far <= 1.0001 * u_range) &&
+                                dot(way, u_cone.xyz) >= (u_cone.w - 1e-4) * far);
 }
 
 vec3 leave(shadow_point p)
@@ -60,7 +71,8 @@ void main()
     if (!volume_point(i))
         return;
     shadow_point p = points[i];
-    uint place = (p.flags & SHADOW_POINT_UNLIT) != 0u ? 0u : place_of(table[i].y);
+    bool is_asked = (p.flags & SHADOW_POINT_UNLIT) == 0u && is_in_light(p.position_offset.xyz);
+    uint place = is_asked ? place_of(table[i].y) : 0u;
     vec4 start = vec4(leave(p), 1.0);
     starts[i] = vec4(start.xyz, float(place));
     for (uint k = 0u; k < 6u; k++)

@@ -231,6 +231,16 @@ static const struct view_light lights[] = {
     {.type = SCENE_LIGHT_DIRECTIONAL, .direction = {0.9, -0.2, 0.8}},
 };
 
+/* Cone and range end among what is seen, where casters are. */
+static const struct view_light narrow[] = {
+    {.type = SCENE_LIGHT_SPOT,
+     .position = {0.3, 3.2, -0.4},
+     .direction = {-0.1, -1, 0.15},
+     .range = 3.6f,
+     .inner_cone_deg = 8,
+     .outer_cone_deg = 14},
+};
+
 /* off: NULL: each point is right; else the most that one is off by. */
 static void compare(const struct soup *soup, const struct view *view, const struct image *open,
                     const struct image *dark, const char *name, struct answer *answer, double *off)
@@ -308,8 +318,9 @@ static void check_view(struct renderer *renderer, const struct rig_scene *rig,
     image_finish(&open);
 }
 
-/* The same of all eyes and lights; returns how many points had so many triangles before them. */
-static struct answer check(struct renderer *renderer, const struct soup *soup, const char *name)
+/* The same of all eyes; returns how many points had so many triangles before them. */
+static struct answer check_lights(struct renderer *renderer, const struct soup *soup,
+                                  const char *name, const struct view_light *from, size_t count)
 {
     struct closed_form_scene scene;
     struct rig_scene rig;
@@ -317,8 +328,8 @@ static struct answer check(struct renderer *renderer, const struct soup *soup, c
     build(soup, &scene);
     rig_scene_open(&rig, renderer, name, scene.glb, scene.size_bytes);
     for (size_t c = 0; c < sizeof cameras / sizeof *cameras; c++)
-        for (size_t l = 0; l < sizeof lights / sizeof *lights; l++) {
-            struct view_light light = lights[l];
+        for (size_t l = 0; l < count; l++) {
+            struct view_light light = from[l];
             struct view view = {.width_px = SIDE_PX,
                                 .height_px = SIDE_PX,
                                 .camera = cameras[c],
@@ -339,6 +350,11 @@ static struct answer check(struct renderer *renderer, const struct soup *soup, c
     rig_scene_finish(&rig, renderer);
     closed_form_scene_finish(&scene);
     return answer;
+}
+
+static struct answer check(struct renderer *renderer, const struct soup *soup, const char *name)
+{
+    return check_lights(renderer, soup, name, lights, sizeof lights / sizeof *lights);
 }
 
 /* How far half floats are off, at most; factors of 1 lose the light behind an opaque caster. */
@@ -366,6 +382,16 @@ static void sheets_multiply_in_two_colors(void **state)
     add_sheet(&soup, 2, -0.5); /* below the floor: on no way */
     struct answer answer = check(*state, &soup, "sheets");
     assert_true(answer.counts[3] > 500);
+}
+
+static void a_spot_ends_among_its_shadows(void **state)
+{
+    struct soup soup = {.count = 0};
+    for (int i = 0; i < 4; i++)
+        add_box(&soup, i % 3, (double[]){0.4 * i - 0.9, 0.3, -0.5},
+                (double[]){0.4 * i - 0.7, 0.5 + 0.2 * i, 0.5});
+    struct answer answer = check_lights(*state, &soup, "narrow spot", narrow, 1);
+    assert_true(answer.counts[0] > 500 && answer.counts[2] > 500);
 }
 
 static void a_box_counts_twice_from_within_too(void **state)
@@ -737,6 +763,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_triangle_counts_once),
         cmocka_unit_test(sheets_multiply_in_two_colors),
+        cmocka_unit_test(a_spot_ends_among_its_shadows),
         cmocka_unit_test(a_box_counts_twice_from_within_too),
         cmocka_unit_test(edges_may_have_any_triangles),
         cmocka_unit_test(an_edge_may_have_forty_triangles),
