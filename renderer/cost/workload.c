@@ -316,11 +316,17 @@ static bool measure_maps(struct workload *workload, const struct workload_desc *
 
 /* ---- what no camera changes ---- */
 
-void workload_kept_finish(struct workload_kept *kept)
+static void forget_state(struct workload_kept *kept)
 {
     free(kept->loads);
-    free(kept->pairs);
-    *kept = (struct workload_kept){.loads = NULL};
+    free(kept->edges);
+    *kept = (struct workload_kept){.picks = kept->picks};
+}
+
+void workload_kept_finish(struct workload_kept *kept)
+{
+    forget_state(kept);
+    edge_picks_finish(&kept->picks);
 }
 
 /* Forgets what belongs to another state or other maps. Without memory nothing is kept. */
@@ -332,7 +338,7 @@ static void keep_for(struct workload_kept *kept, const struct workload_desc *des
     content_key_add_word(&key, quality->may_be_coarse);
     if (content_key_equals(kept->key, key))
         return;
-    workload_kept_finish(kept);
+    forget_state(kept);
     kept->key = key;
     kept->loads = calloc(desc->state->light_count + 1, sizeof *kept->loads);
 }

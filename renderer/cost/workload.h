@@ -5,6 +5,7 @@
 #define VITRAIL_RENDERER_COST_WORKLOAD_H
 
 #include "renderer/base/content_key.h"
+#include "renderer/cost/edge_picks.h"
 #include "renderer/forecast/forecast.h"
 #include "renderer/lights/light_reach.h"
 #include "renderer/scene/camera.h"
@@ -22,12 +23,14 @@ struct workload_desc {
 MUST_CHECK bool workload_measure(struct workload *workload, const struct workload_desc *desc,
                                  struct error *err);
 
-/* What no camera changes, of the last state: from one view of it to the next. */
+/* What no camera changes, of the last state: from one view of it to the next; and what no state of
+ * the last scene does. */
 struct workload_kept { /* zeroed = empty */
     struct content_key key;
     struct workload_map_load *loads; /* of each light; NULL: none */
-    struct workload_pair *pairs;     /* of a view in motion; NULL: none */
-    size_t pair_count;
+    struct workload_edge *edges;     /* of a view in motion; NULL: none */
+    size_t edge_count;
+    struct edge_picks picks; /* of the scene */
 };
 void workload_kept_finish(struct workload_kept *kept); /* empty afterwards */
 
@@ -61,11 +64,13 @@ struct workload_map_load {
     double layers;                             /* where the view asks for maps that have several */
 };
 
-/* Two neighbours in the file, of which an edge of a shadow volume may lie between. */
-struct workload_pair {
-    double normals[2][3], at[3];
-    double edge_m, weight; /* pairs that it stands for */
-    size_t item;           /* of the state */
+/* An edge of a triangle and what stands on it, of which a side of a shadow volume may go. */
+struct workload_edge {
+    double corners[4][3]; /* world: its ends, and what its triangles have besides */
+    double normals[2][3]; /* as long as twice their areas */
+    bool is_border;       /* of one triangle */
+    double weight;        /* edges that it stands for */
+    size_t item;          /* of the state */
 };
 
 /* What the camera sees, on a coarse grid. */

@@ -59,11 +59,11 @@ const struct device_costs forecast_costs = {
     .area_point = 260,
     .area_asked = 6,
     .built_triangle = 281,
-    .volume_point = 110,
-    .volume_triangle = 460,
-    .volume_pixel = 90,
-    .volume_crossed = 2.1,
-    .msaa_volume = 4,
+    .volume_point = 72,
+    .volume_triangle = 465,
+    .msaa_volume_triangle = 518,
+    .volume_pixel = 83,
+    .msaa_volume_pixel = 87,
     .haze_slice = 110,
     .haze_ray = 11,
     .grid_point = 527,
@@ -382,11 +382,10 @@ void forecast_add_volumes(const struct forecast_frame *frame, double terms[FOREC
         MS * rounds * w->pixels * (c->point_pixel + more * c->msaa_point_pixel);
     some[FORECAST_TERM_POINTS] +=
         MS * (double)w->shadowed_lights *
-        (surfaces * c->volume_point + rounds * w->triangles * c->volume_triangle);
-    some[FORECAST_TERM_POINT_WALKS] +=
-        MS * (1 + more * c->msaa_volume) *
-        (rounds * w->side_pixels * (1 + w->layers) * c->volume_pixel +
-         surfaces * w->listed * c->volume_crossed * sqrt(w->triangles));
+        (surfaces * c->volume_point +
+         rounds * w->triangles * (c->volume_triangle + more * c->msaa_volume_triangle));
+    some[FORECAST_TERM_POINT_WALKS] += MS * rounds * w->face_pixels * (1 + w->layers) *
+                                       (c->volume_pixel + more * c->msaa_volume_pixel);
     spread(some, frame->speed->maps, terms);
 }
 

@@ -38,9 +38,10 @@ struct workload {
     double deep_share;     /* events over texels of the deep faces */
     /* Layers of the deep faces' maps, mean; 0 where the view asks for none that have several. */
     double deep_layers;
-    /* Of the picture's, in tiles that sides of shadow volumes cover, of all lights together: those
-     * of each side count for themselves. */
-    double side_pixels;
+    /* Of the picture's, that faces of shadow volumes (sides, and casters themselves) cover before
+     * what light gets to, most of them in tiles. Of all lights together; those of each face count
+     * for themselves. */
+    double face_pixels;
     /* Towards an environment map, which whole pictures by rays take at each visible surface. */
     double directions;
     /* Of the grid in which the light of haze is found (renderer/scene/atmosphere_grid.h): slices of
@@ -101,10 +102,8 @@ struct device_costs {
      * not; at a surface, for a light that does, a root of the triangles, as its cell has some. */
     double area_triangle, area_point, area_asked;
     double built_triangle;
-    /* Shadow volumes: a light at a surface; a triangle for a light; a pixel that a side covers; at
-     * a surface, for a light of its list, a root of the triangles, for sides that no neighbours
-     * tell of. msaa_volume: how much more 4 samples take than 1 where sides are crossed. */
-    double volume_point, volume_triangle, volume_pixel, volume_crossed, msaa_volume;
+    /* Shadow volumes: a light at a surface; a triangle for a light; a pixel that a face covers. */
+    double volume_point, volume_triangle, msaa_volume_triangle, volume_pixel, msaa_volume_pixel;
     double haze_slice, haze_ray;  /* a slice of the haze's grid; a ray from it, per doubling of the
                                      triangles. What maps take of its lights is as of surfaces */
     double grid_point, grid_cell; /* a point of a density grid for a light in reach, with its ray; a

@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#include "renderer/cost/auto_technique.h"
 #include "renderer/cost/workload.h"
 #include "renderer/frame/calibrate.h"
 #include "tests/bench/frames.h"
@@ -20,6 +21,31 @@ bool forecasts_count_work(const struct rig_scene *rig, const struct view *view,
               workload_measure(
                   workload,
                   &(struct workload_desc){.view = view, .state = &state, .camera = &camera}, err);
+    scene_state_finish(&state);
+    return ok;
+}
+
+bool forecasts_choose(const struct rig_scene *rig, const struct view *view,
+                      const struct device_speed *speed, enum shadow_technique *chosen,
+                      struct error *err)
+{
+    const struct auto_settings settings = {.policy = AUTO_MEASURED, .speed = *speed};
+    struct scene_state state = {0};
+    struct camera camera;
+    struct auto_choice choice = {0};
+    bool ok = scene_state_init(&state, &rig->imported.scene, view, err) &&
+              camera_resolve(&camera, view, &state, err) &&
+              auto_choose(&choice,
+                          &(struct auto_desc){.view = view,
+                                              .state = &state,
+                                              .camera = &camera,
+                                              .settings = &settings,
+                                              .raster_samples = view->quality.samples},
+                          err);
+    bool has_areas = ok && scene_state_area_lights(&state);
+    *chosen = choice.is_open ? choice.technique
+              : has_areas    ? SHADOWS_RAYTRACED
+                             : SHADOWS_RASTER_DEFAULT;
     scene_state_finish(&state);
     return ok;
 }

@@ -11,6 +11,11 @@
 MUST_CHECK bool forecasts_count_work(const struct rig_scene *rig, const struct view *view,
                                      struct workload *workload, struct error *err);
 
+/* What `auto` takes at first on a device of that speed. */
+MUST_CHECK bool forecasts_choose(const struct rig_scene *rig, const struct view *view,
+                                 const struct device_speed *speed, enum shadow_technique *chosen,
+                                 struct error *err);
+
 /* The least of two frames after the first, which compiles. is_cold: each builds its shadows.
  * report: of the last frame. */
 MUST_CHECK bool forecasts_time_view(struct bench *bench, const struct rig_scene *rig,

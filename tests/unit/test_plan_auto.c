@@ -162,9 +162,8 @@ static void smoke_is_counted_by_rays_lights_and_cells(void **state)
     rig_close(&rig);
 }
 
-/* A fold of two triangles a metre before a wall: where one of them faces the light and the other
- * does not, the side behind their edge goes down to the wall; 25 pixels are a metre. */
-static void sides_of_volumes_are_followed_to_what_is_seen(void **state)
+/* A fold of two triangles before a wall. */
+static void faces_of_volumes_count_before_what_is_seen(void **state)
 {
     (void)state;
     static const char json[] =
@@ -190,14 +189,21 @@ static void sides_of_volumes_are_followed_to_what_is_seen(void **state)
                                     .color = {1, 1, 1},
                                     .intensity = 1};
     struct workload folded = measure(&rig);
-    assert_true(folded.side_pixels > 500 && folded.side_pixels < 900); /* 23 x (20 + a tile) */
-    rig.light.direction[0] = -1;                                       /* both face it */
-    assert_true(measure(&rig).side_pixels == 0);
+    assert_true(folded.face_pixels > 64);
+    rig.light = (struct view_light){.type = SCENE_LIGHT_SPOT,
+                                    .position = {-1, 0, 3},
+                                    .direction = {0, 0, -1},
+                                    .color = {1, 1, 1},
+                                    .intensity = 1,
+                                    .outer_cone_deg = 30};
+    assert_true(measure(&rig).face_pixels > 64);
+    rig.light.direction[0] = 10; /* past all that is seen */
+    assert_true(measure(&rig).face_pixels == 0);
     const struct device_speed speed = {1, 1, 1, 1, 1};
     const struct forecast_setting one = {.samples = 1, .has_shadows = true};
     double terms[2][FORECAST_TERM_COUNT] = {{0}};
     forecast_add_volumes(&(struct forecast_frame){&folded, &one, &speed}, terms[0]);
-    folded.side_pixels += 1e6;
+    folded.face_pixels += 1e6;
     forecast_add_volumes(&(struct forecast_frame){&folded, &one, &speed}, terms[1]);
     double more_ms = forecast_sum_ms(terms[1]) - forecast_sum_ms(terms[0]);
     assert_true(fabs(more_ms - forecast_costs.volume_pixel) < 1e-6);
@@ -308,7 +314,7 @@ static void assert_counts_equal(const struct workload *a, const struct workload 
     assert_true(a->map_triangles == b->map_triangles && a->deep_triangles == b->deep_triangles);
     assert_true(a->map_faces == b->map_faces && a->deep_share == b->deep_share);
     assert_true(a->shadowed_lights == b->shadowed_lights && a->deep_layers == b->deep_layers);
-    assert_true(a->side_pixels == b->side_pixels && a->lit == b->lit && a->layers == b->layers);
+    assert_true(a->face_pixels == b->face_pixels && a->lit == b->lit && a->layers == b->layers);
 }
 
 /* A stack before moving cameras, one of which looks away; then from beside another light. */
@@ -331,7 +337,7 @@ static void what_is_kept_from_view_to_view_counts_as_if_it_were_not(void **unuse
         assert_counts_equal(&fresh, &again);
         assert_int_equal(i % 4 == 2 ? 0 : 1, fresh.shadowed_lights);
     }
-    assert_int_equal(5, kept.pair_count); /* of two triangles each */
+    assert_int_equal(25, kept.edge_count); /* five of each square */
     kept.loads[0].transparent += 100;
     assert_true(measure(&rig).deep_triangles == measure_anew(&rig).deep_triangles + 100);
     rig.view.quality.faithful = true; /* which may divide maps in another way */
@@ -692,7 +698,7 @@ int main(void)
         cmocka_unit_test(counts_are_those_of_the_picture),
         cmocka_unit_test(haze_is_counted_by_slices_and_lights),
         cmocka_unit_test(smoke_is_counted_by_rays_lights_and_cells),
-        cmocka_unit_test(sides_of_volumes_are_followed_to_what_is_seen),
+        cmocka_unit_test(faces_of_volumes_count_before_what_is_seen),
         cmocka_unit_test(what_is_kept_from_view_to_view_counts_as_if_it_were_not),
         cmocka_unit_test(peels_are_the_most_layers_before_one_another),
         cmocka_unit_test(peels_end_at_what_is_opaque_and_where_nothing_is_let_through),
