@@ -1,69 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* Which lamps are seen in haze, and the shares of their light that rays find. */
+/* The shares of the light of lamps in haze that rays find. */
 #include "renderer/raytrace/rt_haze_glow.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-#include "renderer/base/matrix.h"
-#include "renderer/scene/atmosphere.h"
-
 /* Columns from a lamp: up to the first one rays find all of its light, from the last one on none.
  */
 static const double NEAR = 1.25, FAR = 2.5;
-
-/* Where a lamp is seen, in columns of the image, y up; false: behind the eye, or too far outside
- * for a column of the picture to be near. depth: of the view [m]. */
-static bool find_place(const struct rt_haze_grid *grid, const struct state_light *light,
-                       double place[2], double *depth)
-{
-    const struct camera *camera = grid->job->desc->camera;
-    const struct view *view = grid->job->desc->view;
-    const double half[2] = {camera->half_width, camera->half_height};
-    const double size_px[2] = {view->width_px, view->height_px};
-    double seen[3], side = grid->size.side_px;
-    camera_to_view(camera, light->position, seen);
-    *depth = seen[2];
-    if (!(seen[2] > 1e-6))
-        return false;
-    for (int i = 0; i < 2; i++) {
-        double across = camera->is_orthographic ? seen[i] : seen[i] / seen[2];
-        place[i] = 0.5 * (across / half[i] + 1) * size_px[i] / side;
-        if (!(place[i] > -4 && place[i] < size_px[i] / side + 4))
-            return false;
-    }
-    return true;
-}
-
-/* How bright a lamp glows in the columns beside it, against others. */
-static double find_strength(const struct rt_haze_grid *grid, const struct state_light *light,
-                            double depth)
-{
-    const struct view_atmosphere *air = &grid->job->desc->view->atmosphere;
-    const struct camera *camera = grid->job->desc->camera;
-    double way[3], sum = 0, apart = camera->is_orthographic ? 1 : depth;
-    vec3_sub(light->position, camera->eye, way);
-    double length = vec3_length(way);
-    double lost = atmosphere_depth(air, camera->eye[1], length > 0 ? way[1] / length : 0, length);
-    for (int k = 0; k < 3; k++)
-        sum += (double)light->color[k] * (double)air->color[k];
-    return sum * atmosphere_extinction(air, light->position[1]) * exp(-lost) / apart;
-}
-
-/* The strongest come first; what finds no room among them is left to the columns. */
-static void insert(struct rt_haze_grid *grid, const struct rt_haze_glow *glow)
-{
-    int at = grid->glow_count;
-    while (at > 0 && grid->glows[at - 1].strength < glow->strength)
-        at--;
-    if (at == RT_HAZE_GLOWS_MOST)
-        return;
-    if (grid->glow_count < RT_HAZE_GLOWS_MOST)
-        grid->glow_count++;
-    for (int i = grid->glow_count - 1; i > at; i--)
-        grid->glows[i] = grid->glows[i - 1];
-    grid->glows[at] = *glow;
-}
 
 static bool make_room(struct rt_haze_grid *grid, struct rt_haze_glow *glow, struct error *err)
 {
@@ -79,18 +23,13 @@ static bool make_room(struct rt_haze_grid *grid, struct rt_haze_glow *glow, stru
 
 bool rt_haze_glows_find(struct rt_haze_grid *grid, struct error *err)
 {
-    const struct scene_state *state = grid->job->scene->state;
-    for (size_t i = 0; i < state->light_count; i++) {
-        const struct state_light *light = &state->lights[i];
-        struct rt_haze_glow glow = {.light = (uint32_t)i};
-        double depth;
-        if (light->type == SCENE_LIGHT_DIRECTIONAL || state_light_is_area(light) ||
-            !find_place(grid, light, glow.place, &depth))
-            continue;
-        glow.strength = find_strength(grid, light, depth);
-        if (glow.strength > 0)
-            insert(grid, &glow);
-    }
+    struct haze_glow glows[HAZE_GLOWS_MOST];
+    const struct rt_job *job = grid->job;
+    grid->glow_count = haze_glows_find(job->desc->view, job->scene->state, job->desc->camera,
+                                       grid->size.side_px, glows);
+    for (int i = 0; i < grid->glow_count; i++)
+        grid->glows[i] = (struct rt_haze_glow){.light = glows[i].light,
+                                               .place = {glows[i].place[0], glows[i].place[1]}};
     for (int i = 0; i < grid->glow_count; i++)
         if (!make_room(grid, &grid->glows[i], err))
             return false;

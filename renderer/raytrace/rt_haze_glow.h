@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Lamps that are seen in haze. What haze scatters beside a lamp grows like one over the distance of
- * the ray from it, which columns of a grid cannot hold. The columns around such a lamp keep its
+/* Lamps that are seen in haze (renderer/scene/haze_glow.h). The columns around such a lamp keep its
  * light apart, too; rays that pass near it leave that out, and find its light along their own way.
  * Thread: as of the grid. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_HAZE_GLOW_H
@@ -9,7 +8,7 @@
 #include "renderer/raytrace/rt_haze.h"
 #include "renderer/raytrace/rt_haze_grid.h"
 
-/* Finds the lamps that glow most in the whole picture, so that tiles agree, and makes room. */
+/* Finds the lamps, and makes room. */
 MUST_CHECK bool rt_haze_glows_find(struct rt_haze_grid *grid, struct error *err);
 void rt_haze_glows_finish(struct rt_haze_grid *grid); /* accepts zeroed */
 

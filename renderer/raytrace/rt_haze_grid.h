@@ -10,16 +10,13 @@
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_light_set.h"
 #include "renderer/scene/atmosphere_grid.h"
+#include "renderer/scene/haze_glow.h"
 
-enum {
-    RT_HAZE_GLOWS_MOST = 16, /* each costs its rays at some hundred pixels */
-    RT_HAZE_GLOW_SIDE = 9,   /* columns */
-};
+enum { RT_HAZE_GLOW_SIDE = 9 }; /* columns */
 
 struct rt_haze_glow { /* a lamp in the picture (renderer/raytrace/rt_haze_glow.h) */
     uint32_t light;
     double place[2];      /* in columns of the image, y up */
-    double strength;      /* against others */
     int first_x, first_y; /* of the image: the first of the columns around it */
     float *lights, *sums; /* of the grid, of this lamp alone, in these columns */
 };
@@ -34,7 +31,7 @@ struct rt_haze_grid { /* zeroed before init */
     /* Slice by slice, row by row from below, 3 channels over the haze's colour, [nt]: */
     float *lights; /* what a slice of a column scatters; NULL once it is summed */
     float *sums;   /* at corners, from the eye to the end of a slice; NULL: no light shines */
-    struct rt_haze_glow glows[RT_HAZE_GLOWS_MOST];
+    struct rt_haze_glow glows[HAZE_GLOWS_MOST];
     int glow_count;
     float around[3]; /* what haze of any thickness scatters of the light from all around [nt] */
 };
