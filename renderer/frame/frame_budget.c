@@ -5,6 +5,7 @@
 #include "renderer/frame/scene_parts.h"
 #include "renderer/shading/deep.h"
 #include "renderer/scene/atmosphere_grid.h"
+#include "renderer/shading/atmosphere_glow.h"
 #include "renderer/scene/smoke_nodes.h"
 
 enum {
@@ -144,8 +145,9 @@ void frame_budget_share(struct frame_context *context, const struct resident_sce
 static uint64_t wanted_bytes(const struct frame_run *run, uint64_t pixel_bytes)
 {
     uint64_t pixels = (uint64_t)run->view->width_px * (uint64_t)run->view->height_px;
+    uint64_t glow = run->frame_plan->plan.has_glow ? atmosphere_glow_bytes(run->view) : 0;
     return plan_has_step(&run->frame_plan->plan, PLAN_STEP_SURFACES)
-               ? 2 * pixel_bytes * least(pixels, IDEAL_PIXELS)
+               ? 2 * pixel_bytes * least(pixels, IDEAL_PIXELS) + glow
                : 0;
 }
 
@@ -158,7 +160,7 @@ static uint64_t pixel_bytes_of(const struct frame_run *run)
                  (plan->requirements[PLAN_NEED_REFRACTION].is_met ? TARGETS_REFRACTION_PIXEL_BYTES
                                                                   : 0);
     bytes += atmosphere_pixel_bytes(run->view) + smoke_pixel_bytes(run->view, run->state);
-    if (plan->rounds > 1)
+    if (plan->rounds > 1 || (plan->has_glow && run->view->screen.has_backdrop))
         bytes += targets_sum_pixel_bytes(run->view->screen.has_backdrop);
     if (plan->requirements[PLAN_NEED_COLOR].is_met)
         bytes += targets_parts_pixel_bytes(plan->target_samples) +

@@ -38,6 +38,7 @@ static void listing_init(struct listing *listing, const struct frame_programs_de
                   .camera = desc->camera,
                   .limits = desc->limits,
                   .needs = &desc->plan->shaders,
+                  .has_glow = desc->plan->plan.has_glow,
                   .rounds = desc->plan->plan.rounds},
         .shadows = {.needs = &desc->plan->shadows,
                     .gpu = desc->gpu,
@@ -199,26 +200,39 @@ static void list_dark(struct listing *listing)
         aov_list_programs(&listing->frame, &facts, false, listing->list);
 }
 
+/* Lists what any frame may draw that has, or has not, listing->frame.has_glow. */
+static void list_frames(struct listing *listing, const struct shadow_features *features)
+{
+    const struct frame_programs_desc *desc = listing->desc;
+    struct geometry_items items = desc->plan->items;
+    bool has_media = items.medium_count > 0;
+    items.may_surround = has_media;
+    const struct lit_parts parts = parts_of(listing, false);
+    list_surfaces(listing, &items);
+    const struct shadow_feature_sets sets = shadow_list_features(&listing->shadows);
+    for (int surrounds = 0; surrounds <= has_media; surrounds++) {
+        for (size_t choice = 0; choice < (size_t)1 << sets.optional_count; choice++)
+            list_shading(listing, choose(&sets, choice), surrounds, &parts);
+        if (desc->is_in_batches || desc->plan->plan.least_batches > 1)
+            list_batches(listing, surrounds);
+    }
+    if (sets.has_more) /* and all of one frame */
+        list_shading(listing, *features, desc->plan->items.may_surround, &parts);
+    list_dark(listing);
+}
+
+/* Where a camera sees no lamp in the haze, a picture over a backdrop is mapped at once. */
 bool frame_programs_list_all(const struct frame_programs_desc *desc, struct program_list *list,
                              struct error *err)
 {
     struct listing listing;
-    struct geometry_items items = desc->plan->items;
-    bool has_media = items.medium_count > 0;
-    items.may_surround = has_media;
     listing_init(&listing, desc, list);
     const struct shadow_features features = shadow_list_programs(&listing.shadows, list);
-    const struct lit_parts parts = parts_of(&listing, false);
-    list_surfaces(&listing, &items);
-    const struct shadow_feature_sets sets = shadow_list_features(&listing.shadows);
-    for (int surrounds = 0; surrounds <= has_media; surrounds++) {
-        for (size_t choice = 0; choice < (size_t)1 << sets.optional_count; choice++)
-            list_shading(&listing, choose(&sets, choice), surrounds, &parts);
-        if (desc->is_in_batches || desc->plan->plan.least_batches > 1)
-            list_batches(&listing, surrounds);
-    }
-    if (sets.has_more) /* and all of one frame */
-        list_shading(&listing, features, desc->plan->items.may_surround, &parts);
-    list_dark(&listing);
+    bool may_differ = listing.frame.has_glow && desc->view->screen.has_backdrop;
+    list_frames(&listing, &features);
+    listing.frame.has_glow = false;
+    listing.is_traced = needs(desc, PLAN_NEED_TRACED_SHADOWS);
+    if (may_differ)
+        list_frames(&listing, &features);
     return program_list_check(list, err);
 }

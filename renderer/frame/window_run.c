@@ -10,6 +10,7 @@
 #include "renderer/frame/light_batches.h"
 #include "renderer/base/sample_pattern.h"
 #include "renderer/shading/accumulation.h"
+#include "renderer/shading/atmosphere_glow.h"
 #include "renderer/shading/atmosphere_light.h"
 #include "renderer/shading/deep.h"
 #include "renderer/shading/refraction.h"
@@ -216,7 +217,7 @@ static bool shade(struct window_run *window, struct error *err)
     const struct yield_point yield = frame_yield_point(window->run);
     desc.yield = frame_yield_if_any(window->run, &yield);
     desc.pace = window->run->pace;
-    return light_batches_shade(window->run, &desc, err);
+    return light_batches_shade(window->run, &desc, err) && atmosphere_glow_add(&desc, err);
 }
 
 /* Nothing bends where no layer was found. */
@@ -354,6 +355,7 @@ struct window_frame window_frame_of(const struct frame_run *run,
         .environment = run->environment,
         .environment_maps = run->environment_maps,
         .smoke = &context->smoke,
+        .has_glow = run->frame_plan->plan.has_glow,
         .rounds = run->frame_plan->plan.rounds,
     };
 }
@@ -369,7 +371,8 @@ static bool prepare_targets(struct window_run *window, struct error *err)
         .lobes = plan->lobes,
     };
     if (!targets_prepare(frame->targets, &desc, err) ||
-        !targets_prepare_sum(frame->targets, frame->rounds > 1, accumulation_maps(frame), err) ||
+        !targets_prepare_sum(frame->targets, accumulation_is_there(frame), accumulation_maps(frame),
+                             err) ||
         !targets_prepare_opaque(frame->targets, frame_run_needs(window->run, PLAN_NEED_DEEP),
                                 err) ||
         (plan->requirements[PLAN_NEED_LAYERS].is_met && refraction_is_possible(frame) &&

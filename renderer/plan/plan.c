@@ -16,6 +16,7 @@
 #include "renderer/shadows/technique.h"
 #include "renderer/transparency/method.h"
 #include "renderer/scene/atmosphere_grid.h"
+#include "renderer/scene/haze_glow.h"
 #include "renderer/scene/grid_texels.h"
 #include "renderer/scene/smoke_nodes.h"
 #include "shaders/shared/layout.h"
@@ -349,6 +350,25 @@ static void require_atmosphere(struct plan *plan, const struct frame_plan_desc *
                          : "lights shine into the atmosphere");
 }
 
+static bool is_lamp(const struct state_light *light)
+{
+    return light->type != SCENE_LIGHT_DIRECTIONAL && !state_light_is_area(light);
+}
+
+/* Rays find the light of lamps by themselves, and smoke has its own. */
+static void find_glow(struct plan *plan, const struct frame_plan_desc *desc)
+{
+    const struct scene_state *state = desc->state;
+    struct haze_glow glows[HAZE_GLOWS_MOST];
+    bool may_glow = needs(plan, PLAN_NEED_ATMOSPHERE) && !needs(plan, PLAN_NEED_TRACED_SHADOWS) &&
+                    !state->grid_count;
+    for (size_t i = 0; may_glow && desc->sees_all && i < state->light_count; i++)
+        plan->has_glow |= is_lamp(&state->lights[i]);
+    if (may_glow && !desc->sees_all)
+        plan->has_glow = haze_glows_find(desc->view, state, desc->camera,
+                                         atmosphere_side_px(desc->view), glows) > 0;
+}
+
 static bool require_smoke(struct plan *plan, const struct frame_plan_desc *desc, struct error *err)
 {
     const size_t lights = desc->state->light_count, grids = desc->state->grid_count;
@@ -515,7 +535,9 @@ static uint64_t targets_bytes(const struct plan *plan, const struct view *view,
 {
     uint64_t pixels = (uint64_t)view->width_px * (uint64_t)view->height_px;
     uint64_t refraction = needs(plan, PLAN_NEED_REFRACTION) ? TARGETS_REFRACTION_PIXEL_BYTES : 0;
-    uint64_t sums = plan->rounds > 1 ? targets_sum_pixel_bytes(view->screen.has_backdrop) : 0;
+    uint64_t sums = plan->rounds > 1 || (plan->has_glow && view->screen.has_backdrop)
+                        ? targets_sum_pixel_bytes(view->screen.has_backdrop)
+                        : 0;
     uint64_t haze = needs(plan, PLAN_NEED_ATMOSPHERE) ? atmosphere_pixel_bytes(view) : 0;
     uint64_t smoke = needs(plan, PLAN_NEED_SMOKE) ? smoke_pixel_bytes(view, state) : 0;
     return pixels * (targets_pixel_bytes(plan->target_samples, plan->lobes) + refraction + sums +
@@ -592,6 +614,9 @@ static void plan_atmosphere(struct plan *plan)
         add_pass(plan, PLAN_NEED_ATMOSPHERE, PLAN_STEP_SHADE, "atmosphere.light", technique, 0);
     }
     add_pass(plan, PLAN_NEED_ATMOSPHERE, PLAN_STEP_SHADE, "atmosphere.sum", technique, 0);
+    for (int i = 0; i < 2 && plan->has_glow; i++)
+        add_pass(plan, PLAN_NEED_ATMOSPHERE, PLAN_STEP_SHADE,
+                 i ? "atmosphere.glow-sum" : "atmosphere.glow", "ways", 0);
 }
 
 static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
@@ -620,11 +645,15 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_SHADE, "shade.opaque",
              plan->target_samples > 1 ? "msaa4" : "", 0);
     plan_apart(plan);
+    if (plan->has_glow)
+        add_pass(plan, PLAN_NEED_ATMOSPHERE, PLAN_STEP_SHADE, "atmosphere.glow-add", "ways", 0);
     for (int i = 0; i < 2; i++)
         add_pass(plan, PLAN_NEED_REFRACTION, PLAN_STEP_REFRACT,
                  i ? "refraction" : "refraction.blur", "screen-space", 0);
     if (plan->rounds > 1)
         add_pass(plan, PLAN_NEED_ANTIALIASING, PLAN_STEP_ACCUMULATE, "accumulate", "", 0);
+    else if (plan->has_glow && desc->view->screen.has_backdrop) /* it is added before */
+        add_pass(plan, PLAN_NEED_ATMOSPHERE, PLAN_STEP_ACCUMULATE, "accumulate", "", 0);
     add_pass(plan, PLAN_NEED_DEEP, PLAN_STEP_DEEP, "deep-image", "", 0);
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_READ, "readback", "", 0);
     add_pass(plan, PLAN_NEED_AUXILIARY, PLAN_STEP_AUXILIARY, "aov", "", 0);
@@ -668,6 +697,7 @@ bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc
         !check_device(&plan->plan, &chosen, err) || !check_deep(plan, &chosen, err))
         goto fail;
     require_visibility(plan, &chosen);
+    find_glow(&plan->plan, &chosen);
     choose_transparency(&plan->plan, plan, &chosen);
     plan_passes(&plan->plan, &chosen);
     return true;

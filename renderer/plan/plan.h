@@ -79,6 +79,7 @@ struct plan {
     int samples;        /* per pixel, of the colour */
     uint32_t lobes;     /* of drawn surfaces: shader_needs_lobes */
     int target_samples; /* per pixel, of the rasterised targets */
+    bool has_glow;      /* lamps are seen in haze that is rasterised (renderer/scene/haze_glow.h) */
     int rounds;         /* of these, of the colour: renderer/base/sample_pattern.h */
     size_t opaque_items, transparent_items;    /* in view */
     bool has_layers;                           /* of the scene, something is transparent */

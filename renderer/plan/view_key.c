@@ -159,7 +159,9 @@ struct content_key view_plan_key(struct content_key state_key, const struct view
         own.background[k] = 0;        /* decides pixels, no pass */
     own.tile = (struct view_tile){0}; /* its passes are those of the whole */
     own.environment_rotation_deg = own.environment_intensity = 0;
-    own.screen = (struct view_screen){0};
+    own.screen = (struct view_screen){/* what lamps add to haze is in the picture that is mapped */
+                                      .has_backdrop =
+                                          view_has_atmosphere(view) && view->screen.has_backdrop};
     own.quality.may_be_coarse = false;
     own.highlight = (struct view_highlight){.node_count = view->highlight.node_count > 0};
     own.edges = (struct view_edges){.is_drawn = view->edges.is_drawn}; /* how is not planned */

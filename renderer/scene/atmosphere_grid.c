@@ -75,7 +75,7 @@ uint64_t atmosphere_corners(const struct atmosphere_grid *grid)
 uint64_t atmosphere_pixel_bytes(const struct view *view)
 {
     uint64_t side = (uint64_t)atmosphere_side_px(view);
-    uint64_t column = (uint64_t)slices_of(view) * 2 * ATMOSPHERE_SLICE_BYTES;
+    uint64_t column = (uint64_t)slices_of(view) * (ATMOSPHERE_SLICE_BYTES + ATMOSPHERE_SUM_BYTES);
     return view_has_atmosphere(view) ? column / (side * side) + 1 : 0;
 }
 

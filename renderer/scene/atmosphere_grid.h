@@ -7,7 +7,10 @@
 
 #include "renderer/scene/camera.h"
 
-enum { ATMOSPHERE_SLICE_BYTES = 3 * sizeof(float) }; /* of a column */
+enum {
+    ATMOSPHERE_SLICE_BYTES = 3 * sizeof(float), /* of a column */
+    ATMOSPHERE_SUM_BYTES = 4 * sizeof(float),   /* of a corner, on the device */
+};
 
 /* Light is found along the middles of columns, and looked up between their corners, each of which
  * has the mean of the four columns around it. */

@@ -12,7 +12,12 @@ static const char pass[] = "accumulate";
 
 bool accumulation_maps(const struct window_frame *frame)
 {
-    return frame->rounds > 1 && frame->view->screen.has_backdrop;
+    return (frame->rounds > 1 || frame->has_glow) && frame->view->screen.has_backdrop;
+}
+
+bool accumulation_is_there(const struct window_frame *frame)
+{
+    return frame->rounds > 1 || accumulation_maps(frame);
 }
 
 const char *accumulation_defines(const struct window_frame *frame)
@@ -43,7 +48,7 @@ static struct program_desc program_of(const struct window_frame *frame)
 void accumulation_list_programs(const struct window_frame *frame, struct program_list *list)
 {
     const struct program_desc desc = program_of(frame);
-    if (frame->rounds > 1)
+    if (accumulation_is_there(frame))
         program_list_add(list, pass, &desc, false);
 }
 

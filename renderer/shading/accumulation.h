@@ -7,9 +7,11 @@
 #include "renderer/gl/program_list.h"
 #include "renderer/window/window.h"
 
-/* Whether shading leaves the picture to be mapped over its backdrop here: u_behind of
- * shaders/shading/shade_pixels.comp.glsl. */
+/* Whether shading leaves the picture to be mapped over its backdrop here, since rounds or the light
+ * of lamps in haze come behind it: u_behind of shaders/shading/shade_pixels.comp.glsl. */
 bool accumulation_maps(const struct window_frame *frame);
+/* Whether there is anything to do here: otherwise the picture is complete when it is shaded. */
+bool accumulation_is_there(const struct window_frame *frame);
 /* The #define items of this for a program with HAS_BACKDROP, which come before it in `defines`; ""
  * without. */
 const char *accumulation_defines(const struct window_frame *frame);

@@ -96,8 +96,8 @@ void atmosphere_bind(const struct window_frame *frame, const struct gl_program *
     atmosphere_bind_depth(frame, program);
     set_scattering(frame, program);
     set_grid(frame, program);
-    if (frame->targets->atmosphere_sums.name)
-        gl_buffer_bind_storage(&frame->targets->atmosphere_sums, BIND_ATMOSPHERE_SUMS);
+    if (frame->targets->atmosphere_view.name)
+        gl_texture_bind(&frame->targets->atmosphere_view, UNIT_ATMOSPHERE_SUMS);
 }
 
 /* ---- the passes ---- */
@@ -111,8 +111,8 @@ static struct program_desc reach_program(const struct window_frame *frame, char 
                                  .defines = defines};
 }
 
-static const struct program_desc sum_program = {.label = "atmosphere_sum.comp.glsl",
-                                                .compute = "atmosphere_sum.comp.glsl"};
+const struct program_desc atmosphere_sum_program = {.label = "atmosphere_sum.comp.glsl",
+                                                    .compute = "atmosphere_sum.comp.glsl"};
 
 void atmosphere_list_programs(const struct window_frame *frame, bool is_traced,
                               struct program_list *list)
@@ -121,7 +121,7 @@ void atmosphere_list_programs(const struct window_frame *frame, bool is_traced,
     const struct program_desc reach = reach_program(frame, defines);
     if (!is_traced)
         program_list_add(list, reach_pass, &reach, false);
-    program_list_add(list, sum_pass, &sum_program, false);
+    program_list_add(list, sum_pass, &atmosphere_sum_program, false);
 }
 
 /* Runs a program once per column or corner. */
@@ -153,10 +153,10 @@ static bool prepare(const struct window_frame *frame, const struct atmosphere_gr
                     struct error *err)
 {
     uint64_t columns = atmosphere_columns(grid);
-    uint64_t slices_bytes = (uint64_t)grid->slices * ATMOSPHERE_SLICE_BYTES;
-    return targets_prepare_atmosphere(frame->targets, columns * slices_bytes,
-                                      columns * sizeof(float),
-                                      atmosphere_corners(grid) * slices_bytes, err);
+    uint64_t slices = (uint64_t)grid->slices;
+    return targets_prepare_atmosphere(
+        frame->targets, columns * slices * ATMOSPHERE_SLICE_BYTES, columns * sizeof(float),
+        atmosphere_corners(grid) * slices * ATMOSPHERE_SUM_BYTES, err);
 }
 
 bool atmosphere_begin(const struct window_frame *frame, struct error *err)
@@ -171,7 +171,7 @@ bool atmosphere_begin(const struct window_frame *frame, struct error *err)
 bool atmosphere_end(const struct window_frame *frame, struct error *err)
 {
     const struct atmosphere_grid grid = atmosphere_grid_of(frame->view, &frame->window);
-    return run(frame, sum_pass, &sum_program, atmosphere_corners(&grid), err);
+    return run(frame, sum_pass, &atmosphere_sum_program, atmosphere_corners(&grid), err);
 }
 
 /* Where the points of a round lie in their quarters of slices: one round has them in the middle. */
@@ -189,7 +189,7 @@ bool atmosphere_trace(const struct window_frame *frame, struct traced_shadows *t
            atmosphere_end(frame, err);
 }
 
-static void bind_points(const struct window_frame *frame, const struct gl_program *program)
+void atmosphere_bind_points(const struct window_frame *frame, const struct gl_program *program)
 {
     int taps = haze_taps((int)light_taps(frame, false));
     gl_program_set_u(program, "u_shadow_taps", (uint32_t)taps);
@@ -206,7 +206,7 @@ const struct surface_kind atmosphere_points = {
     .program = "atmosphere_light.comp.glsl",
     .order = SURFACES_IN_ITEMS,
     .slice_kind = TIME_SLICE_LAYERS,
-    .bind = bind_points,
+    .bind = atmosphere_bind_points,
 };
 
 struct surface_set atmosphere_set(const struct window_frame *frame)

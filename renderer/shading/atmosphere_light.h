@@ -28,6 +28,11 @@ void atmosphere_bind_depth(const struct window_frame *frame, const struct gl_pro
 /* What lighting and compositing read of it, where it is there. */
 void atmosphere_bind(const struct window_frame *frame, const struct gl_program *program);
 
+/* What programs read that light points in the haze. */
+void atmosphere_bind_points(const struct window_frame *frame, const struct gl_program *program);
+/* Sums slices at corners of columns, over u_atmosphere_grid. */
+extern const struct program_desc atmosphere_sum_program;
+
 /* Makes room for the grid where it is absent, and finds how far each column is seen. */
 MUST_CHECK bool atmosphere_begin(const struct window_frame *frame, struct error *err);
 /* The slices, which are lit as surfaces are. */

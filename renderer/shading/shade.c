@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "renderer/base/matrix.h"
+#include "renderer/shading/atmosphere_glow.h"
 #include "renderer/shading/atmosphere_light.h"
 #include "renderer/shading/lighting.h"
 #include "renderer/shading/opaque_samples.h"
@@ -107,6 +108,10 @@ void shade_list_programs(const struct window_frame *frame, const struct shade_fa
             lighting_list_program(frame, facts, &chunk, &atmosphere_points, is_conditional, list);
         atmosphere_list_programs(frame, facts->is_traced, list);
     }
+    if (frame->has_glow) {
+        lighting_list_program(frame, facts, &chunk, &atmosphere_glow_ways, true, list);
+        atmosphere_glow_list_programs(frame, facts, list);
+    }
     if (smoke_is_lit(frame))
         lighting_list_program(frame, facts, &chunk, &smoke_nodes, is_conditional, list);
     lighting_list_program(frame, facts, &chunk, &opaque_samples, is_conditional, list);
@@ -184,6 +189,17 @@ static struct surface_set apart_set(const struct shade_desc *desc, const struct 
     return samples_apart_of(desc->frame, piece->first, piece->count, is_counted);
 }
 
+/* Lights the haze around lamps in view once more, by itself and along the ways of pixels. */
+static bool light_glow(const struct shade_desc *desc, const struct surface_lighter *lighter,
+                       struct error *err)
+{
+    if (!atmosphere_glow_is_there(desc->frame))
+        return true;
+    const struct surface_set set = atmosphere_glow_set(desc->frame);
+    return atmosphere_glow_begin(desc->frame, err) && lighter->light(lighter->context, &set, err) &&
+           (desc->continues || atmosphere_glow_end(desc->frame, err));
+}
+
 /* Lights the haze, whose light is looked up where the layers are composited; rays have done so. */
 static bool light_atmosphere(const struct shade_desc *desc, const struct surface_lighter *lighter,
                              struct error *err)
@@ -194,7 +210,7 @@ static bool light_atmosphere(const struct shade_desc *desc, const struct surface
         return false;
     const struct surface_set set = atmosphere_set(desc->frame);
     return lighter->light(lighter->context, &set, err) &&
-           (desc->continues || atmosphere_end(desc->frame, err));
+           (desc->continues || atmosphere_end(desc->frame, err)) && light_glow(desc, lighter, err);
 }
 
 /* Likewise density grids, which no technique has that traces shadows. */
@@ -351,7 +367,8 @@ bool shade_window(struct shade *shade, const struct shade_desc *desc, struct err
                    ? 1
                    : 1 + (desc->traced != NULL) + desc->layers->method->count_sets(desc->layers) +
                          (!desc->traced && atmosphere_is_lit(desc->frame)) +
-                         smoke_is_lit(desc->frame) + (may_differ && !desc->traced && !is_batch);
+                         atmosphere_glow_is_there(desc->frame) + smoke_is_lit(desc->frame) +
+                         (may_differ && !desc->traced && !is_batch);
     lighting.parts = (int)chunk_count * sets;
     shade->has_apart = desc->is_apart;
     if (!light_chunks(&lighting, chunk_count, desc->is_apart ? &all : NULL, err) ||

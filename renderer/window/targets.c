@@ -143,7 +143,19 @@ bool targets_prepare_atmosphere(struct targets *t, uint64_t slices_bytes, uint64
 {
     return reserve_haze(&t->atmosphere, "frame.atmosphere", slices_bytes, err) &&
            reserve_haze(&t->atmosphere_reach, "frame.atmosphere_reach", columns_bytes, err) &&
-           reserve_haze(&t->atmosphere_sums, "frame.atmosphere_sums", sums_bytes, err);
+           reserve_haze(&t->atmosphere_sums, "frame.atmosphere_sums", sums_bytes, err) &&
+           gl_texture_follow_buffer(&t->atmosphere_view, "frame.atmosphere_sums", GL_RGBA32F,
+                                    &t->atmosphere_sums, err);
+}
+
+bool targets_prepare_glow(struct targets *t, uint64_t slices_bytes, uint64_t sums_bytes,
+                          uint64_t ways_bytes, struct error *err)
+{
+    return reserve_haze(&t->glow_slices, "frame.glow_slices", slices_bytes, err) &&
+           reserve_haze(&t->glow_sums, "frame.glow_sums", sums_bytes, err) &&
+           gl_texture_follow_buffer(&t->glow_view, "frame.glow_sums", GL_RGBA32F, &t->glow_sums,
+                                    err) &&
+           reserve_haze(&t->glow_ways, "frame.glow_ways", ways_bytes, err);
 }
 
 bool targets_prepare_smoke(struct targets *t, uint64_t bytes, struct error *err)
@@ -226,7 +238,12 @@ void targets_finish(struct targets *t)
     gl_buffer_finish(&t->apart);
     gl_buffer_finish(&t->atmosphere);
     gl_buffer_finish(&t->atmosphere_reach);
+    gl_texture_finish(&t->atmosphere_view);
     gl_buffer_finish(&t->atmosphere_sums);
+    gl_buffer_finish(&t->glow_slices);
+    gl_texture_finish(&t->glow_view);
+    gl_buffer_finish(&t->glow_sums);
+    gl_buffer_finish(&t->glow_ways);
     gl_texture_finish(&t->smoke_view);
     gl_buffer_finish(&t->smoke);
     *t = (struct targets){0};
@@ -240,5 +257,6 @@ uint64_t targets_size_bytes(const struct targets *t)
            t->sum.size_bytes + t->behind.size_bytes + t->behind_sum.size_bytes +
            t->opaque.size_bytes + t->levels.size_bytes + t->bent_parts.size_bytes +
            t->bent.size_bytes + t->atmosphere.size_bytes + t->atmosphere_reach.size_bytes +
-           t->atmosphere_sums.size_bytes + t->smoke.size_bytes;
+           t->atmosphere_sums.size_bytes + t->glow_slices.size_bytes + t->glow_sums.size_bytes +
+           t->glow_ways.size_bytes + t->smoke.size_bytes;
 }

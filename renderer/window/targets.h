@@ -26,6 +26,11 @@ struct targets {
     /* Where haze is lit (renderer/shading/atmosphere_light.h): the light in the slices of its
      * columns, how far each is seen, and the light from the eye to the slices of their corners. */
     struct gl_buffer atmosphere, atmosphere_reach, atmosphere_sums;
+    struct gl_texture atmosphere_view; /* of the last, RGBA32F */
+    /* Around lamps in haze (renderer/shading/atmosphere_glow.h): the same of their columns, and
+     * their light along the ways of pixels. */
+    struct gl_buffer glow_slices, glow_sums, glow_ways;
+    struct gl_texture glow_view;  /* of the sums, RGBA32F */
     struct gl_buffer smoke;       /* where density grids are lit (renderer/shading/smoke.h) */
     struct gl_texture smoke_view; /* of that buffer, RGBA32F */
     /* Where layers refract (renderer/shading/refraction.h); RGBA32F. */
@@ -58,6 +63,9 @@ MUST_CHECK bool targets_prepare_apart(struct targets *targets, struct error *err
 MUST_CHECK bool targets_prepare_atmosphere(struct targets *targets, uint64_t slices_bytes,
                                            uint64_t columns_bytes, uint64_t sums_bytes,
                                            struct error *err);
+/* Makes those of lamps in haze as large, at least. */
+MUST_CHECK bool targets_prepare_glow(struct targets *targets, uint64_t slices_bytes,
+                                     uint64_t sums_bytes, uint64_t ways_bytes, struct error *err);
 /* Makes targets->smoke and its view as large, at least. */
 MUST_CHECK bool targets_prepare_smoke(struct targets *targets, uint64_t bytes, struct error *err);
 /* Makes targets->levels, bent_parts and bent where they are absent. */

@@ -37,6 +37,7 @@ struct window_frame {
     struct targets *targets;
     struct frame_report *report;
     float sample_positions[4][2]; /* in the pixel, y up */
+    bool has_glow;     /* lamps may be seen in haze (renderer/shading/atmosphere_glow.h) */
     int rounds, round; /* of samples, of the colour; of the one at hand the window has the shift */
     const struct environment_light *environment; /* where the view has a map; likewise */
     const struct environment_maps *environment_maps;

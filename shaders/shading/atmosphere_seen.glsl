@@ -9,12 +9,12 @@
 uniform vec3 u_atmosphere_color;   // share of the extinction that scatters
 uniform vec3 u_atmosphere_ambient; // what it scatters of the light from all around [nt]
 #ifdef HAS_ATMOSPHERE_LIGHT
-layout(std430, binding = BIND_ATMOSPHERE_SUMS) readonly buffer sum_buffer { float sums[]; };
+layout(binding = UNIT_ATMOSPHERE_SUMS) uniform samplerBuffer u_atmosphere_sums;
 
 vec3 atmosphere_ends(uint slice, uvec2 corner, uvec2 corners)
 {
-    uint at = 3u * ((slice * corners.y + corner.y) * corners.x + corner.x);
-    return vec3(sums[at], sums[at + 1u], sums[at + 2u]);
+    uint at = (slice * corners.y + corner.y) * corners.x + corner.x;
+    return texelFetch(u_atmosphere_sums, int(at)).rgb;
 }
 
 // Between four corners, and between the ends of a slice: of the last one, as what it

@@ -4,7 +4,7 @@
 #include "shared/bindings.h"
 layout(local_size_x = 64) in;
 layout(std430, binding = BIND_ATMOSPHERE) readonly buffer atmosphere_buffer { float slices[]; };
-layout(std430, binding = BIND_ATMOSPHERE_SUMS) writeonly buffer sum_buffer { float sums[]; };
+layout(std430, binding = BIND_ATMOSPHERE_SUMS) writeonly buffer sum_buffer { vec4 sums[]; };
 uniform uvec3 u_atmosphere_grid; // columns, rows of them, slices
 
 vec3 slice_light(uint at) { return vec3(slices[at], slices[at + 1u], slices[at + 2u]); }
@@ -22,9 +22,6 @@ void main()
         uint at = 3u * (k * columns.x * columns.y + column), above = at + 3u * columns.x;
         sum += 0.25 * (slice_light(at) + slice_light(at + 3u) + slice_light(above) +
                        slice_light(above + 3u));
-        uint to = 3u * (k * corners.x * corners.y + i);
-        sums[to] = sum.x;
-        sums[to + 1u] = sum.y;
-        sums[to + 2u] = sum.z;
+        sums[k * corners.x * corners.y + i] = vec4(sum, 0.0);
     }
 }

@@ -96,7 +96,8 @@
 #define BIND_SMOKE_LIGHT 11      /* while density grids are lit: vec4 per node of a column */
 #define BIND_PEELED 12           /* transparency: u32 per pixel: peeled_state.glsl */
 #define BIND_PEELED_SUMS 15      /* vec4 per sample: peeled_sums.glsl; haze is not there */
-#define BIND_ATMOSPHERE_SUMS 15  /* while surfaces are lit: f32, three per slice of a corner */
+#define BIND_ATMOSPHERE_GLOW 12  /* likewise, and in the picture: atmosphere_glow_store.glsl */
+#define BIND_ATMOSPHERE_SUMS 15  /* while haze is lit: vec4 per slice of a corner */
 
 /* words of the counters of shadow volumes; before: spans. Six of what the eye's light loses. */
 #define VOLUME_OF_EYE 1u
@@ -155,10 +156,11 @@
 #define UNIT_REFRACTION_LEVELS 29 /* sampler2D: the picture without what bends light */
 #define UNIT_SHADOW_TEXELS 30     /* samplerBuffer RGBA32F: shadow_texel.glsl */
 /* density grids, while surfaces are lit and composited, when no texture of a material is bound */
-#define UNIT_GRID_RECORDS 0 /* usamplerBuffer RGBA32UI: struct grid_record */
-#define UNIT_GRID_BRICKS 1  /* usamplerBuffer R32UI: 1 + index of the values; 0: empty */
-#define UNIT_GRID_VALUES 2  /* samplerBuffer RG32F: GRID_BRICK_TEXELS per brick */
-#define UNIT_SMOKE_LIGHT 3  /* samplerBuffer RGBA32F: as BIND_SMOKE_LIGHT */
-#define UNIT_LIGHT_FRONT 22 /* linked light lists: sampler2D R32F, depth of front faces */
+#define UNIT_GRID_RECORDS 0    /* usamplerBuffer RGBA32UI: struct grid_record */
+#define UNIT_GRID_BRICKS 1     /* usamplerBuffer R32UI: 1 + index of the values; 0: empty */
+#define UNIT_GRID_VALUES 2     /* samplerBuffer RG32F: GRID_BRICK_TEXELS per brick */
+#define UNIT_SMOKE_LIGHT 3     /* samplerBuffer RGBA32F: as BIND_SMOKE_LIGHT */
+#define UNIT_ATMOSPHERE_SUMS 4 /* samplerBuffer RGBA32F: as BIND_ATMOSPHERE_SUMS; likewise */
+#define UNIT_LIGHT_FRONT 22    /* linked light lists: sampler2D R32F, depth of front faces */
 
 #endif

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Composites a pixel's sorted list front to back: the product of what the layers let through, and
 // their light weighted by it (Porter, Duff 1984, "Compositing Digital Images", the operator over).
-// Needs: SAMPLES, WALKS, u_size_px, u_depth_map, wide.glsl, those of media.glsl.
+// Needs: SAMPLES, WALKS, u_size_px, u_depth_map, wide.glsl, those of media.glsl; AIR_ALONE: layers
+// send nothing themselves, and light in the haze between them is a difference, of either sign.
 #include "material/filter_unpack.glsl"
 layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer count_buffer { uint ends[]; };
 layout(std430, binding = BIND_ENTRY_KEYS) readonly buffer key_buffer { uvec4 keys[]; };
@@ -9,6 +10,14 @@ layout(std430, binding = BIND_ENTRY_COLORS) readonly buffer color_buffer { vec4 
 uniform uint u_keys_offset; // of the sorted half
 uniform uint u_list_room;   // entries
 #include "material/media.glsl"
+
+#ifdef AIR_ALONE
+#define LAYER_LIGHT(entry, alpha) vec3(0.0)
+#define AIR_BETWEEN(light, before) ((light) - (before))
+#else
+#define LAYER_LIGHT(entry, alpha) (colors[2u * (entry)].rgb * (alpha))
+#define AIR_BETWEEN(light, before) max((light) - (before), 0.0)
+#endif
 
 struct pixel_layers {
     uint first, end; // of the pixel's list
@@ -96,7 +105,7 @@ void air_begin()
 // The light between that surface and the one at hand. Of a walk: what comes through the layers.
 void air_meet(int i, vec3 light, vec3 through_media, wide3 share, inout wide3 sum)
 {
-    vec3 air = max(light - air_before[i], 0.0) * through_media;
+    vec3 air = AIR_BETWEEN(light, air_before[i]) * through_media;
     air_before[i] = light;
     if (AIR_COUNTS(i, air))
         sum = light_add(sum, share, air);
@@ -142,7 +151,7 @@ void layers_composite(ivec2 pixel, int first_sample, pixel_layers layers,
     for (uint k = layers.first; k < layers.end; k++) {
         uvec4 key = keys[u_keys_offset + k];
         vec4 word = colors[2u * key.z + 1u];
-        vec3 layer = colors[2u * key.z].rgb * word.a;
+        vec3 layer = LAYER_LIGHT(key.z, word.a);
         wide3 filter_ = filter_unpack(word.rgb);
         medium_event e = media_event(key.z, uintBitsToFloat(key.x));
         bool is_seen = (key.w & ENTRY_HIDDEN) == 0u;
@@ -211,7 +220,7 @@ void layers_composite(ivec2 pixel, int first_sample, pixel_layers layers,
     for (uint k = layers.first; k < layers.end; k++) {
         uvec4 key = keys[u_keys_offset + k];
         vec4 word = colors[2u * key.z + 1u];
-        vec3 layer = colors[2u * key.z].rgb * word.a;
+        vec3 layer = LAYER_LIGHT(key.z, word.a);
         wide3 filter_ = filter_unpack(word.rgb);
 #ifdef HAS_ATMOSPHERE
         atmosphere_seen air = atmosphere_look(middle, view_depth(uintBitsToFloat(key.x)));
