@@ -369,6 +369,28 @@ static void programs_of_environments_link(void **state)
     }
 }
 
+/* The light of slices, its sums, lamps along the ways of pixels, and pictures that look them up. */
+static void programs_of_haze_link(void **state)
+{
+    static const char *const files[] = {"atmosphere_light.comp.glsl", "atmosphere_sum.comp.glsl",
+                                        "atmosphere_glow.comp.glsl",
+                                        "atmosphere_glow_add.comp.glsl"};
+    (void)state;
+    struct warm_scene scene;
+    open_demo(&scene);
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+        struct view view = view_by(i % 2 ? SHADOWS_DEEP : SHADOWS_MAP);
+        view.atmosphere = (struct view_atmosphere){.density_per_m = 0.05, .color = {1, 1, 1}};
+        view.quality.samples = i < 2 ? 1 : 4;
+        scene.file = files[i];
+        scene.has_file = false;
+        link_all(&scene, &view);
+        if (!scene.has_file)
+            fail_msg("%s is not listed", files[i]);
+    }
+    close_scene(&scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -382,6 +404,7 @@ int main(void)
         cmocka_unit_test(programs_of_every_form_of_volumes_link),
         cmocka_unit_test(programs_of_area_shadows_link),
         cmocka_unit_test(programs_of_environments_link),
+        cmocka_unit_test(programs_of_haze_link),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
