@@ -5,8 +5,9 @@ a client that reads slowly, one that looks closely, and one that renders large i
 
 usage: live.py BIN [SCENE.glb] [--size WxH] [--seconds S] [--budget-ms MS] [--quick] [--json]
 
-`vitrail-bench live` runs this. SCENE: the demo scene where it is not given. --budget-ms: of a moving
-frame, in the place of the default of views. --quick: a few frames, to see that everything runs.
+`vitrail-bench live` runs this. SCENE: the demo scene where it is not given. --budget-ms: of a
+moving frame, in the place of the default of views. --quick: a few frames, to see that everything
+runs.
 
 Starts a vitraild of its own. Each viewer is a thread with a WebSocket to a view of its own, which
 sends a camera, waits for the frame that shows it, and sends the next: the time between is the

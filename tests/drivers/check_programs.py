@@ -38,7 +38,7 @@ VARIANTS = {"HAS_MEDIA": "media", "SHADOW_HAS_MEDIA": "media", "MEDIA": "media",
             "CUT_PLANES": "cut", "HAS_PLANES": "cut", "SHADOW_FAITHFUL": "faithful",
             "SHADOW_HAS_NODES": "nodes", "KEYED": "keyed", "NET": "net", "SAMPLES_APART": "apart",
             "HAS_LOBES": "lobes", "HAS_GRIDS": "grids", "HAS_AREA_FORM": "areas",
-            "HAS_AREA_SAMPLES": "areas",
+            "HAS_AREA_SAMPLES": "areas", "HAS_ATMOSPHERE": "haze",
             "HAS_MORE_LOBES": "films", "HAS_ENVIRONMENT_MAP": "map",
             "TONE_HAS_CHOICE": "tones"}
 # Likewise by how the value begins: shadows by moments, which are there for comparison.
