@@ -39,22 +39,24 @@ bool workload_shines_on(const struct state_light *light, const struct scene_samp
     return light->type != SCENE_LIGHT_SPOT || along > distance * cos((double)light->outer_cone_rad);
 }
 
-static double count_lit(const struct workload_desc *desc, const struct scene_sampling *sampling,
-                        const struct light_reach *reach)
+static void count_lit(struct workload *workload, const struct workload_desc *desc,
+                      const struct scene_sampling *sampling, const struct light_reach *reach)
 {
     int area_samples = desc->view->quality.area_samples;
-    double lit = 0, points = 0;
+    double points = 0;
     for (int p = 0; p < sampling->point_count; p++)
         points += sampling->points[p].weight;
     for (size_t i = 0; i < desc->state->light_count; i++) {
         const struct state_light *light = &desc->state->lights[i];
-        double rays =
-            !state_light_is_area(light) ? 1 : quality_or(area_samples, AREA_SAMPLES_DEFAULT);
+        bool is_area = state_light_is_area(light);
+        double rays = is_area ? quality_or(area_samples, AREA_SAMPLES_DEFAULT) : 1, lit = 0;
         for (int p = 0; p < sampling->point_count && reach->is_in_view[i]; p++)
             if (workload_shines_on(light, &sampling->points[p]))
-                lit += rays * sampling->points[p].weight / points;
+                lit += sampling->points[p].weight / points;
+        workload->lit += rays * lit;
+        workload->lit_areas += is_area ? lit : 0;
+        workload->area_rays += is_area ? rays * lit : 0;
     }
-    return lit;
 }
 
 static double count_directions(const struct view *view)
@@ -364,7 +366,7 @@ bool workload_measure(struct workload *workload, const struct workload_desc *des
         workload->triangles = sampling.triangles;
         workload->triangles_in_view = sampling.triangles_in_view;
         workload->lights = desc->state->light_count - reach->unseen_count;
-        workload->lit = count_lit(desc, &sampling, reach);
+        count_lit(workload, desc, &sampling, reach);
         workload->directions = count_directions(desc->view);
         workload->listed = count_listed(desc, &sampling, reach);
         ok = measure_maps(workload, desc, reach, err) &&

@@ -14,6 +14,7 @@ const struct device_costs forecast_costs = {
     .pixel = 113,
     .msaa_pixel = 114,
     .msaa_covered = 194,
+    .area_light = 120,
     .light = 46,
     .look = 130,
     .tap = 38,
@@ -45,6 +46,8 @@ const struct device_costs forecast_costs = {
     .msaa_traced_triangle = 88,
     .shadow_ray = 83,
     .traced_walk = 0.64,
+    .area_ray_level = 10.8,
+    .layer_area_light = 203,
     .layer_ray = 189,
     .layer_light = 337,
     .traced_texture = 129,
@@ -55,9 +58,12 @@ const struct device_costs forecast_costs = {
     .point_level = 8.8,
     .layer_point_ray = 1310,
     .point_walk = 60,
+    .point_area_level = 16.4,
+    .layer_area_ray = 240,
     .area_triangle = 1370,
     .area_point = 260,
-    .area_asked = 6,
+    .area_asked = 4.25,
+    .area_ray = 1.75,
     .built_triangle = 281,
     .volume_point = 72,
     .volume_triangle = 465,
@@ -92,6 +98,12 @@ static double count_surfaces(const struct workload *w)
     return w->pixels * (w->layers + w->covered);
 }
 
+/* Mean lights that shine on one, an area as one. */
+static double count_lit(const struct workload *w)
+{
+    return w->lit - w->area_rays + w->lit_areas;
+}
+
 /* How many times a rasterised picture is drawn for its samples: renderer/base/sample_pattern.h. */
 static double count_rounds(const struct forecast_setting *setting)
 {
@@ -109,7 +121,8 @@ static void add_shading(const struct workload *w, const struct forecast_setting 
     double surfaces = rounds * count_surfaces(w);
     terms[FORECAST_TERM_PIXELS] +=
         MS * (pixels * (c->pixel + more * c->msaa_pixel) + covered * more * c->msaa_covered);
-    terms[FORECAST_TERM_LIGHTS] += MS * surfaces * w->lit * c->light;
+    terms[FORECAST_TERM_LIGHTS] +=
+        MS * surfaces * ((w->lit - w->area_rays) * c->light + w->lit_areas * c->area_light);
     terms[FORECAST_TERM_WALKS] += MS * surfaces * w->listed * c->walk;
     terms[FORECAST_TERM_LAYERS] += MS * layers * (c->layer + more * c->msaa_layer);
     terms[FORECAST_TERM_TEXTURES] +=
@@ -172,7 +185,8 @@ static void add_looks(const struct workload *w, const struct forecast_setting *s
         return;
     double looks = c->look + c->tap * setting->shadow_taps;
     double in_haze = c->look + c->tap * haze_taps(setting->shadow_taps);
-    terms[FORECAST_TERM_LOOKS] += MS * count_rounds(setting) * count_surfaces(w) * w->lit * looks;
+    terms[FORECAST_TERM_LOOKS] +=
+        MS * count_rounds(setting) * count_surfaces(w) * count_lit(w) * looks;
     terms[FORECAST_TERM_HAZE] +=
         MS * count_rounds(setting) * w->haze_slices * w->haze_lit * in_haze;
 }
@@ -205,6 +219,7 @@ static void add_rays(const struct workload *w, const struct forecast_setting *se
     double more = setting->samples > 1 ? 1 : 0, split = setting->samples > 1 ? SPLIT : 1;
     double layers = w->pixels * w->layers, surfaces = layers + w->pixels * w->covered * split;
     double asked = setting->has_shadows ? w->lit + w->directions : 0; /* at each surface */
+    double areas = setting->has_shadows ? w->area_rays : 0;           /* of these */
     terms[FORECAST_TERM_FRAME] += c->traced_frame_ms;
     terms[FORECAST_TERM_RAYS] += MS * w->pixels * (c->ray + w->covered * levels * c->hit_level);
     terms[FORECAST_TERM_MORE_RAYS] +=
@@ -212,8 +227,10 @@ static void add_rays(const struct workload *w, const struct forecast_setting *se
     terms[FORECAST_TERM_TRACED_TRIANGLES] +=
         MS * w->triangles_in_view * (c->traced_triangle + more * c->msaa_traced_triangle);
     terms[FORECAST_TERM_LAYER_RAYS] +=
-        MS * (rays * w->layers * c->layer_ray + layers * asked * c->layer_light);
-    terms[FORECAST_TERM_SHADOW_RAYS] += MS * surfaces * asked * c->shadow_ray;
+        MS * (rays * w->layers * c->layer_ray +
+              layers * ((asked - areas) * c->layer_light + areas * c->layer_area_light));
+    terms[FORECAST_TERM_SHADOW_RAYS] +=
+        MS * surfaces * ((asked - areas) * c->shadow_ray + areas * levels * c->area_ray_level);
     terms[FORECAST_TERM_TRACED_WALKS] += MS * surfaces * w->listed * c->traced_walk;
     terms[FORECAST_TERM_TRACED_TEXTURES] += MS * surfaces * w->textures * c->traced_texture;
     add_haze_rays(w, 1, terms);
@@ -231,8 +248,10 @@ static void add_point_rays(const struct workload *w, const struct forecast_setti
         return;
     terms[FORECAST_TERM_POINTS] +=
         MS * (pixels * (c->point_pixel + more * c->msaa_point_pixel) + surfaces * c->point);
+    double areas = w->area_rays, others = w->lit - areas;
     terms[FORECAST_TERM_POINT_RAYS] +=
-        MS * (surfaces * w->lit * levels * c->point_level + layers * w->lit * c->layer_point_ray);
+        MS * (surfaces * levels * (others * c->point_level + areas * c->point_area_level) +
+              layers * (others * c->layer_point_ray + areas * c->layer_area_ray));
     terms[FORECAST_TERM_POINT_WALKS] += MS * surfaces * w->listed * c->point_walk;
     add_haze_rays(w, count_rounds(setting), terms);
 }
@@ -362,8 +381,9 @@ void forecast_add_area(const struct forecast_frame *frame, double terms[FORECAST
         some[FORECAST_TERM_POINTS] =
             MS * (rounds * w->pixels * (c->point_pixel + more * c->msaa_point_pixel) +
                   lights * surfaces * c->area_point);
-        some[FORECAST_TERM_POINT_RAYS] =
-            MS * surfaces * w->lit * c->area_asked * sqrt(w->triangles);
+        some[FORECAST_TERM_POINT_RAYS] = MS * surfaces *
+                                         (count_lit(w) * c->area_asked + w->lit * c->area_ray) *
+                                         sqrt(w->triangles);
         some[FORECAST_TERM_POINTS] += MS * rounds * lights * w->triangles * c->area_triangle;
     }
     spread(some, frame->speed->shade, terms);

@@ -24,6 +24,7 @@ struct workload {
     double peeled_sides, peels, peeled_pixels, peeled_triangles;
     /* Mean lights that shine on a visible surface; area lights count once per sample. */
     double lit;
+    double lit_areas, area_rays; /* of these the area lights, each once, and their samples */
     double listed;    /* mean lights in the list of a visible surface, which it walks: those without
                          a range always, others where its cluster meets their reach */
     double textures;  /* mean textures of the material of a visible surface */
@@ -73,6 +74,7 @@ bool device_speed_is_known(const struct device_speed *speed);
 struct device_costs {
     double pixel, msaa_pixel; /* of the image; per covered one msaa_covered more */
     double msaa_covered;
+    double area_light;        /* an area light at a surface; of others: */
     double light, look, tap;  /* a surface that a light shines on, looking into its map, and
                                  each tap of that */
     double walk;              /* a light in the list of a surface, whether it shines or not */
@@ -91,6 +93,9 @@ struct device_costs {
     double more_ray, more_hit_level; /* likewise, of each sample after a pixel's first */
     double traced_triangle, msaa_traced_triangle; /* in view */
     double shadow_ray, traced_walk;               /* traced_walk: as walk, of rays */
+    /* A shadow ray to a sample of an area, per doubling of the triangles; at a transparent surface
+     * on a camera ray, each. */
+    double area_ray_level, layer_area_light;
     double layer_ray, layer_light; /* through a transparent surface; a light there besides */
     double traced_texture;
     double traced_frame_ms;
@@ -98,9 +103,11 @@ struct device_costs {
     double point, point_level;            /* its rays, per doubling of the triangles; those of a */
     double layer_point_ray;               /* transparent surface besides */
     double point_walk;                    /* as walk, besides it */
+    double point_area_level, layer_area_ray; /* as point_level and layer_point_ray, of areas */
     /* Grids of triangles: a triangle for a light, a surface for a light, whether it shines there or
-     * not; at a surface, for a light that does, a root of the triangles, as its cell has some. */
-    double area_triangle, area_point, area_asked;
+     * not; at a surface, for a light that does and for each of its samples, a root of the
+     * triangles, as its cell has some. */
+    double area_triangle, area_point, area_asked, area_ray;
     double built_triangle;
     /* Shadow volumes: a light at a surface; a triangle for a light; a pixel that a face covers. */
     double volume_point, volume_triangle, msaa_volume_triangle, volume_pixel, msaa_volume_pixel;

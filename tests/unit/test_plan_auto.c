@@ -210,6 +210,37 @@ static void faces_of_volumes_count_before_what_is_seen(void **state)
     rig_close(&rig);
 }
 
+/* A rasterised surface pays for an area once, rays to it for each sample. */
+static void areas_count_once_and_by_their_samples(void **state)
+{
+    (void)state;
+    struct rig rig;
+    rig_open(&rig, "'alphaMode':'OPAQUE'");
+    rig.light = (struct view_light){.type = SCENE_LIGHT_RECT,
+                                    .position = {0, 0, 3},
+                                    .direction = {0, 0, -1},
+                                    .color = {1, 1, 1},
+                                    .intensity = 1,
+                                    .width_m = 1,
+                                    .height_m = 1};
+    const struct device_speed speed = {1, 1, 1, 1, 1};
+    const struct forecast_setting setting = {.samples = 1, .has_shadows = true};
+    double ms[2][3];
+    for (int i = 0; i < 2; i++) {
+        rig.view.quality.area_samples = i ? 64 : 16;
+        const struct workload w = measure(&rig);
+        const struct forecast_frame frame = {&w, &setting, &speed};
+        assert_true(w.lit_areas == 1 && w.area_rays == rig.view.quality.area_samples);
+        assert_true(w.lit == w.area_rays);
+        ms[i][0] = technique_forecast_ms(SHADOWS_NONE, &frame);
+        ms[i][1] = technique_forecast_ms(SHADOWS_RAYTRACED_SHADOWS, &frame);
+        ms[i][2] = technique_forecast_ms(SHADOWS_RAYTRACED, &frame);
+    }
+    assert_true(ms[0][0] == ms[1][0]);
+    assert_true(ms[1][1] > ms[0][1] && ms[1][2] > ms[0][2]);
+    rig_close(&rig);
+}
+
 static struct auto_choice choose(struct rig *rig, const struct auto_settings *settings)
 {
     struct auto_choice choice = {0};
@@ -699,6 +730,7 @@ int main(void)
         cmocka_unit_test(haze_is_counted_by_slices_and_lights),
         cmocka_unit_test(smoke_is_counted_by_rays_lights_and_cells),
         cmocka_unit_test(faces_of_volumes_count_before_what_is_seen),
+        cmocka_unit_test(areas_count_once_and_by_their_samples),
         cmocka_unit_test(what_is_kept_from_view_to_view_counts_as_if_it_were_not),
         cmocka_unit_test(peels_are_the_most_layers_before_one_another),
         cmocka_unit_test(peels_end_at_what_is_opaque_and_where_nothing_is_let_through),
