@@ -2,7 +2,8 @@
 /* Suite `finders`: what shadow volumes and grids of triangles take against their forecasts, on
  * grids of spheres and on generated scenes; --scene fit: others, to which the costs were fitted.
  * --scene areas: generated scenes under lights that have an area, by all techniques that draw
- * these, and what `auto` takes; --scene areas-fit. With --json the counts and times. */
+ * these, and what `auto` takes; --scene areas-fit. --scene choice: likewise of those under points
+ * and spots. With --json the counts and times. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,6 +11,7 @@
 
 #include "glb/glb_builder.h"
 #include "glb/shapes.h"
+#include "protocol/quality_defaults.h"
 #include "renderer/cost/technique_forecast.h"
 #include "renderer/frame/calibrate.h"
 #include "tests/bench/forecasts.h"
@@ -31,6 +33,7 @@ static const struct technique {
     {"area", SHADOWS_AREA},
     {"raytraced-shadows", SHADOWS_RAYTRACED_SHADOWS},
     {"raytraced", SHADOWS_RAYTRACED},
+    {"maps", SHADOWS_RASTER_DEFAULT},
 };
 enum { TECHNIQUES = sizeof techniques / sizeof *techniques };
 
@@ -44,9 +47,18 @@ static bool is_of_areas(const struct bench *bench)
     return is_named(bench, "areas") || is_named(bench, "areas-fit");
 }
 
+static bool tells_choice(const struct bench *bench)
+{
+    return is_of_areas(bench) || is_named(bench, "choice");
+}
+
 /* Rays are held against frames under points by other suites (`forecast`, `auto`). */
 static bool is_compared(const struct bench *bench, enum shadow_technique shadows)
 {
+    if (is_named(bench, "choice"))
+        return shadows != SHADOWS_NONE;
+    if (shadows == SHADOWS_RASTER_DEFAULT)
+        return false;
     bool is_of_points = shadows == SHADOWS_VOLUME || shadows == SHADOWS_SILHOUETTE;
     bool is_of_rays = shadows == SHADOWS_RAYTRACED_SHADOWS || shadows == SHADOWS_RAYTRACED;
     return is_of_areas(bench) ? !is_of_points : !is_of_rays;
@@ -83,10 +95,12 @@ static bool run_technique(struct bench *bench, const char *name, const struct ri
     view.quality.shadows = technique->shadows;
     const struct forecast_setting setting = {.samples = view.quality.samples,
                                              .has_shadows = technique->shadows != SHADOWS_NONE,
+                                             .shadow_taps = SHADOW_TAPS_DEFAULT,
+                                             .shadow_resolution = SHADOW_RESOLUTION_DEFAULT,
                                              .is_warm = true};
     if (!forecasts_count_work(rig, &view, &workload, err))
         return false;
-    if (is_of_areas(bench) && technique->shadows == SHADOWS_AREA &&
+    if (tells_choice(bench) && technique->shadows == SHADOWS_AREA &&
         workload.triangles > AREA_TRIANGLES) {
         *took = INFINITY;
         return true;
@@ -101,23 +115,21 @@ static bool run_technique(struct bench *bench, const char *name, const struct ri
     return true;
 }
 
-/* How much longer than the fastest what `auto` takes is, of those whose shadows are soft. */
+/* How much longer than the fastest what `auto` takes is, of those that are compared. */
 static bool tell_choice(struct bench *bench, const char *name, const struct rig_scene *rig,
                         struct view view, const struct device_speed *speed,
                         const double took_ms[SHADOWS_COUNT], struct samples *over,
                         struct error *err)
 {
-    static const enum shadow_technique soft[] = {SHADOWS_AREA, SHADOWS_RAYTRACED_SHADOWS,
-                                                 SHADOWS_RAYTRACED};
     enum shadow_technique chosen, best = SHADOWS_RAYTRACED;
     view.quality.shadows = SHADOWS_AUTO;
     view.quality.shadow_taps = view.quality.shadow_resolution = 0;
     view.quality.expects_reuse = true;
     if (!forecasts_choose(rig, &view, speed, &chosen, err))
         return false;
-    for (size_t i = 0; i < sizeof soft / sizeof *soft; i++)
-        if (took_ms[soft[i]] < took_ms[best])
-            best = soft[i];
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        if (i != SHADOWS_NONE && took_ms[i] > 0 && took_ms[i] < took_ms[best])
+            best = (enum shadow_technique)i;
     samples_add(over, took_ms[chosen] / took_ms[best]);
     fprintf(bench->options.is_json ? stderr : stdout, "  %-30.30s auto: %s, %.2f of %s\n", name,
             shadow_technique_name((int)chosen), took_ms[chosen] / took_ms[best],
@@ -135,7 +147,7 @@ static bool run_techniques(struct bench *bench, const char *name, const struct r
             !run_technique(bench, name, rig, *view, &techniques[i], speed, &off[i],
                            &took_ms[techniques[i].shadows], err))
             return false;
-    return !is_of_areas(bench) ||
+    return !tells_choice(bench) ||
            tell_choice(bench, name, rig, *view, speed, took_ms, &off[TECHNIQUES], err);
 }
 
@@ -222,7 +234,7 @@ static bool run_all(struct bench *bench, const struct device_speed *speed,
     static const int stacks[] = {3, 8, 20}, stacks_of_fit[] = {4, 10, 30};
     bool is_fit = is_named(bench, "fit") || is_named(bench, "areas-fit");
     bool is_quick = bench->options.is_quick, ok = true;
-    for (int i = 0; ok && !is_of_areas(bench) && i < (is_quick ? 1 : 3); i++)
+    for (int i = 0; ok && !tells_choice(bench) && i < (is_quick ? 1 : 3); i++)
         ok = run_spheres(bench, (is_fit ? stacks_of_fit : stacks)[i], 1 + i % 2, speed, off, err);
     for (int i = 0; ok && i < (is_quick ? SEEDS_QUICK : SEEDS); i++)
         ok = run_generated(bench, (uint64_t)i + 1 + (is_fit ? SEED_OF_FIT : 0), speed, off, err);
