@@ -19,14 +19,11 @@
 
 static const double PI = 3.14159265358979323846;
 
-static void open_shape(struct imported_scene *imported, struct shape *shape)
+static void open_mesh(struct imported_scene *imported, struct glb_builder *builder, int mesh)
 {
     struct error err = {0};
     struct scene_file file = {.name = "shape.glb"};
     void *glb = NULL;
-    struct glb_builder *builder = glb_builder_create("Shape", &err);
-    int material = glb_builder_add_material(builder, &(struct glb_material_desc){.name = "Paint"});
-    int mesh = shape_give_mesh(shape, builder, "Shape", material);
     glb_builder_add_node(builder, &(struct glb_node_desc){.name = "Shape", .mesh = mesh});
     if (!glb_builder_finish(builder, &glb, &file.size_bytes, &err))
         fail_msg("%s", err.message);
@@ -35,6 +32,22 @@ static void open_shape(struct imported_scene *imported, struct shape *shape)
     if (!imported_scene_init(imported, &file, 1, &err))
         fail_msg("%s", err.message);
     free(glb);
+}
+
+static struct glb_builder *begin(int *material)
+{
+    struct error err = {0};
+    struct glb_builder *builder = glb_builder_create("Shape", &err);
+    assert_non_null(builder);
+    *material = glb_builder_add_material(builder, &(struct glb_material_desc){.name = "Paint"});
+    return builder;
+}
+
+static void open_shape(struct imported_scene *imported, struct shape *shape)
+{
+    int material;
+    struct glb_builder *builder = begin(&material);
+    open_mesh(imported, builder, shape_give_mesh(shape, builder, "Shape", material));
 }
 
 static void make(struct edge_picks *picks, const struct imported_scene *imported)
@@ -161,6 +174,54 @@ static void few_long_edges_among_many_short_ones_are_counted(void **unused)
     imported_scene_finish(&imported);
 }
 
+/* Triangles of their own, so far apart; 0: all at one place. */
+static void open_soup(struct imported_scene *imported, int triangle_count, float apart)
+{
+    int material;
+    struct glb_builder *builder = begin(&material);
+    float(*triangles)[9] = calloc((size_t)triangle_count, sizeof *triangles);
+    assert_non_null(triangles);
+    for (int i = 0; i < triangle_count; i++) {
+        const float x = apart * (float)i;
+        const float corners[9] = {x, 0, 0, x + 0.0625f, 0, 0, x, 0.0625f, 0};
+        memcpy(triangles[i], corners, sizeof corners);
+    }
+    const struct glb_primitive_desc primitive = {.material = material,
+                                                 .vertex_count = 3 * (size_t)triangle_count,
+                                                 .positions = triangles[0]};
+    open_mesh(imported, builder, glb_builder_add_mesh(builder, "Soup", &primitive, 1));
+    free(triangles);
+}
+
+static void triangles_apart_have_borders_alone(void **unused)
+{
+    (void)unused;
+    struct imported_scene imported = {0};
+    struct edge_picks picks = {0};
+    open_soup(&imported, 70000, 0.125f); /* more than are looked at */
+    make(&picks, &imported);
+    assert_true(picks.count > 0);
+    for (size_t i = 0; i < picks.count; i++)
+        assert_true(picks.picks[i].vertices[3] == EDGE_IS_BORDER);
+    assert_true(fabs(count(&imported, &picks, NULL, 0) - 210000) < 2100);
+    edge_picks_finish(&picks);
+    imported_scene_finish(&imported);
+}
+
+/* Where looking for them would take the square of their number. */
+static void edges_at_one_place_are_left_out_beyond_some(void **unused)
+{
+    (void)unused;
+    struct imported_scene imported = {0};
+    struct edge_picks picks = {0};
+    open_soup(&imported, 65000, 0); /* all are looked at */
+    make(&picks, &imported);
+    double found = count(&imported, &picks, NULL, 0);
+    assert_true(found > 0 && found < 1000);
+    edge_picks_finish(&picks);
+    imported_scene_finish(&imported);
+}
+
 static void the_same_scene_has_the_same_picks(void **unused)
 {
     (void)unused;
@@ -260,6 +321,8 @@ int main(void)
         cmocka_unit_test(a_box_has_eighteen_edges_six_of_its_outline),
         cmocka_unit_test(a_sheet_has_a_border),
         cmocka_unit_test(few_long_edges_among_many_short_ones_are_counted),
+        cmocka_unit_test(triangles_apart_have_borders_alone),
+        cmocka_unit_test(edges_at_one_place_are_left_out_beyond_some),
         cmocka_unit_test(the_same_scene_has_the_same_picks),
         cmocka_unit_test(steps_meet_each_size_by_its_share),
         cmocka_unit_test(faces_cover_tiles_with_something_behind),
