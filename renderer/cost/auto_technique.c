@@ -257,6 +257,7 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
                           &(struct workload_desc){.view = desc->view,
                                                   .state = desc->state,
                                                   .camera = desc->camera,
+                                                  .depths_bytes = desc->depths_bytes,
                                                   .reach = desc->reach,
                                                   .kept = desc->kept,
                                                   .state_key = desc->state_key},

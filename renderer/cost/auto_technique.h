@@ -62,6 +62,7 @@ struct auto_desc {
     const struct auto_settings *settings; /* NULL = zeroed */
     int raster_samples;                   /* of the rasteriser for this view */
     uint64_t shadow_budget_bytes;         /* of all shadow structures; 0 = any */
+    uint64_t depths_bytes;                /* as workload_desc has it */
     uint64_t view_key;                    /* of learning_case.view */
     struct light_reach *reach;  /* as workload_desc has it, where a forecast was needed; optional */
     struct workload_kept *kept; /* likewise; optional */

@@ -3,6 +3,7 @@
 #include "renderer/base/matrix.h"
 #include "renderer/cost/workload.h"
 #include "renderer/scene/atmosphere_grid.h"
+#include "renderer/scene/smoke_lattice.h"
 #include "renderer/scene/smoke_nodes.h"
 
 enum {
@@ -11,6 +12,7 @@ enum {
     STRIDE = 61, /* without a factor that LOOKS has: where the first ways are all, they lie about */
     PIECES_MAX = 20000, /* crossed on all ways together: two milliseconds */
     LIGHTS_SAMPLED = 16,
+    LOOK_CELLS = 6, /* a look at kept depths takes as long as these */
 };
 
 struct counter {
@@ -148,6 +150,12 @@ static void count_nodes(const struct workload_desc *desc, const struct workload 
     workload->grid_nodes = columns * sum->grid_nodes;
     workload->grid_node_lights = columns * sum->grid_node_lights;
     workload->grid_node_cells = columns * sum->grid_node_cells;
+    if (workload->grid_nodes > 0 &&
+        smoke_lattice_serves(view, desc->state, desc->camera, desc->depths_bytes)) {
+        double points = (double)smoke_lattice_of(desc->state).points;
+        workload->grid_point_cells = points * workload->grid_node_cells / workload->grid_nodes;
+        workload->grid_node_cells = LOOK_CELLS * workload->grid_node_lights;
+    }
 }
 
 static void count_shadows(struct counter *counter, const struct scene_sampling *sampling,

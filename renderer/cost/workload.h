@@ -14,6 +14,7 @@ struct workload_desc {
     const struct view *view;         /* required */
     const struct scene_state *state; /* required */
     const struct camera *camera;     /* required */
+    uint64_t depths_bytes;           /* that kept depths of density grids may take; 0: none are */
     struct light_reach *reach;       /* out, the caller's to finish: of the state's lights, who need
                                         not be asked again; optional */
     struct workload_kept *kept;      /* of earlier views; optional, the numbers are the same */

@@ -156,9 +156,11 @@ static void add_smoke(const struct workload *w, const struct forecast_setting *s
     double cells = w->pixels * w->grid_cells;
     if (setting->has_shadows)
         cells += w->grid_node_cells + count_surfaces(w) * w->grid_shadow_cells;
-    terms[FORECAST_TERM_GRIDS] += MS * count_rounds(setting) *
-                                  (cells * c->smoke_cell + w->grid_nodes * c->smoke_node +
-                                   w->grid_node_lights * c->smoke_light);
+    double points = setting->has_shadows && !setting->is_warm ? w->grid_point_cells : 0;
+    terms[FORECAST_TERM_GRIDS] +=
+        MS * (points * c->smoke_cell +
+              count_rounds(setting) * (cells * c->smoke_cell + w->grid_nodes * c->smoke_node +
+                                       w->grid_node_lights * c->smoke_light));
 }
 
 /* surfaces: that are shaded. The points of a ray are those of one more panel of four than asked for

@@ -56,6 +56,8 @@ struct workload {
      * are in some, the lights in reach of these, and the cells on the ways to those that shine
      * there. */
     double grid_nodes, grid_node_lights, grid_node_cells;
+    /* Where nodes look kept depths up: cells on the ways to all points that these are found at. */
+    double grid_point_cells;
     int grid_samples; /* quality.atmosphere_samples; 0: the default */
 };
 

@@ -6,7 +6,9 @@
 #include "renderer/shading/deep.h"
 #include "renderer/scene/atmosphere_grid.h"
 #include "renderer/shading/atmosphere_glow.h"
+#include "renderer/scene/smoke_lattice.h"
 #include "renderer/scene/smoke_nodes.h"
+#include "renderer/shadows/technique.h"
 
 enum {
     WINDOWS_LEAST = 8, /* of the budget: this part is not for shadow structures */
@@ -184,12 +186,27 @@ static uint64_t shadows_to_come(const struct frame_run *run)
                 shadow_system_size_bytes(renderer->shadows));
 }
 
+/* Likewise kept depths of density grids. */
+static uint64_t depths_to_come(const struct frame_run *run)
+{
+    const struct frame_context *context = run->context;
+    const struct renderer *renderer = context->renderer;
+    uint64_t most = smoke_depths_most(gl_context_limits(renderer->gl), renderer->budget_bytes);
+    return frame_run_needs(run, PLAN_NEED_SMOKE) &&
+                   !shadow_quality_holds_grids(&run->view->quality) &&
+                   smoke_lattice_serves(run->view, run->state, run->camera, most)
+               ? less(smoke_lattice_bytes(run->state),
+                      smoke_depths_size_bytes(&context->smoke.depths))
+               : 0;
+}
+
 bool frame_budget_holds_all(const struct frame_run *run)
 {
     const struct frame_context *context = run->context;
     const struct renderer *renderer = context->renderer;
     uint64_t windows = wanted_bytes(run, pixel_bytes_of(run));
-    uint64_t to_come = shadows_to_come(run) + less(windows, frame_context_window_bytes(context));
+    uint64_t to_come = shadows_to_come(run) + depths_to_come(run) +
+                       less(windows, frame_context_window_bytes(context));
     return renderer_used_bytes(renderer) + to_come <= renderer->budget_bytes;
 }
 
@@ -205,12 +222,13 @@ void frame_budget_begin(const struct frame_run *run)
     frame_budget_share(context, run->scene); /* its textures are resident now */
     frame_budget_resume(context);
     uint64_t windows = wanted_bytes(run, pixel_bytes_of(run));
-    uint64_t to_come = shadows_to_come(run) + less(windows, frame_context_window_bytes(context));
+    uint64_t to_come = shadows_to_come(run) + depths_to_come(run) +
+                       less(windows, frame_context_window_bytes(context));
     while (renderer_used_bytes(renderer) > less(renderer->budget_bytes, to_come) &&
            (drop_kept(context) || drop_scene(context)))
         continue;
     context->use.has_windows = false;
-    keep_within(context, shadows_to_come(run));
+    keep_within(context, shadows_to_come(run) + depths_to_come(run));
 }
 
 void frame_budget_end(const struct frame_run *run)
@@ -253,7 +271,7 @@ static uint64_t other_bytes(const struct frame_run *run)
     const struct renderer *renderer = context->renderer;
     return renderer_used_bytes(renderer) - frame_context_window_bytes(context) -
            readback_free_bytes(renderer->readback) - shadow_system_size_bytes(renderer->shadows) +
-           shadow_bytes(run);
+           shadow_bytes(run) + depths_to_come(run);
 }
 
 struct window_budget frame_budget_windows(const struct frame_run *run)

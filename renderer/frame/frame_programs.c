@@ -39,7 +39,8 @@ static void listing_init(struct listing *listing, const struct frame_programs_de
                   .limits = desc->limits,
                   .needs = &desc->plan->shaders,
                   .has_glow = desc->plan->plan.has_glow,
-                  .rounds = desc->plan->plan.rounds},
+                  .rounds = desc->plan->plan.rounds,
+                  .depths.most_bytes = desc->depths_bytes},
         .shadows = {.needs = &desc->plan->shadows,
                     .gpu = desc->gpu,
                     .state = desc->state,
@@ -227,6 +228,7 @@ bool frame_programs_list_all(const struct frame_programs_desc *desc, struct prog
 {
     struct listing listing;
     listing_init(&listing, desc, list);
+    listing.frame.depths.is_anywhere = true;
     const struct shadow_features features = shadow_list_programs(&listing.shadows, list);
     bool may_differ = listing.frame.has_glow && desc->view->screen.has_backdrop;
     list_frames(&listing, &features);

@@ -14,6 +14,7 @@ struct frame_programs_desc { /* all required but the flags */
     const struct gl_limits *limits;
     const struct scene_gpu *gpu;
     uint64_t loop_steps;            /* of struct shade */
+    uint64_t depths_bytes;          /* smoke_depths_most */
     struct shadow_ways shadow_ways; /* shadow_system_ways */
     bool is_in_batches;             /* light_batches_are_known */
 };

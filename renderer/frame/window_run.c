@@ -356,6 +356,8 @@ struct window_frame window_frame_of(const struct frame_run *run,
         .environment_maps = run->environment_maps,
         .smoke = &context->smoke,
         .has_glow = run->frame_plan->plan.has_glow,
+        .depths.most_bytes =
+            smoke_depths_most(gl_context_limits(renderer->gl), renderer->budget_bytes),
         .rounds = run->frame_plan->plan.rounds,
     };
 }

@@ -28,6 +28,7 @@ struct frame_plan_desc {
     const struct gl_limits *limits;  /* required */
     struct light_reach *reach; /* found already, and taken over; NULL or empty: it is found here */
     uint64_t shadow_budget_bytes; /* of all shadow structures */
+    uint64_t depths_bytes;        /* that depths of density grids may take */
     bool sees_all; /* every drawable and light counts as seen, as some other camera may see them:
                       for what may be asked of a scene, not for frames */
 };

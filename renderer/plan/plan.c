@@ -18,6 +18,7 @@
 #include "renderer/scene/atmosphere_grid.h"
 #include "renderer/scene/haze_glow.h"
 #include "renderer/scene/grid_texels.h"
+#include "renderer/scene/smoke_lattice.h"
 #include "renderer/scene/smoke_nodes.h"
 #include "shaders/shared/layout.h"
 
@@ -619,6 +620,15 @@ static void plan_atmosphere(struct plan *plan)
                  i ? "atmosphere.glow-sum" : "atmosphere.glow", "ways", 0);
 }
 
+static void plan_smoke(struct plan *plan, const struct frame_plan_desc *desc)
+{
+    if (!shadow_quality_holds_grids(&desc->view->quality) &&
+        smoke_lattice_serves(desc->view, desc->state, desc->camera, desc->depths_bytes))
+        add_pass(plan, PLAN_NEED_SMOKE, PLAN_STEP_SHADE, "smoke.depths", "lattice",
+                 smoke_lattice_bytes(desc->state));
+    add_pass(plan, PLAN_NEED_SMOKE, PLAN_STEP_SHADE, "smoke.light", "froxels", 0);
+}
+
 static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
 {
     const struct view_quality *quality = &desc->view->quality;
@@ -641,7 +651,7 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
     if (needs(plan, PLAN_NEED_COLOR))
         plan_layers(plan, PLAN_STEP_SHADE);
     plan_atmosphere(plan);
-    add_pass(plan, PLAN_NEED_SMOKE, PLAN_STEP_SHADE, "smoke.light", "froxels", 0);
+    plan_smoke(plan, desc);
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_SHADE, "shade.opaque",
              plan->target_samples > 1 ? "msaa4" : "", 0);
     plan_apart(plan);

@@ -95,6 +95,22 @@ struct shade_facts shade_facts_of(const struct shade_desc *desc)
     };
 }
 
+static void list_smoke(const struct window_frame *frame, const struct shade_facts *facts,
+                       const struct light_chunk *chunk, bool is_conditional,
+                       struct program_list *list)
+{
+    struct window_frame without = *frame;
+    without.depths.most_bytes = 0;
+    if (smoke_depths_serve(frame)) {
+        is_conditional |= frame->depths.is_anywhere; /* from elsewhere nodes may look nothing up */
+        smoke_depths_list_program(frame, is_conditional, list);
+        lighting_list_program(frame, facts, chunk, &smoke_nodes, is_conditional, list);
+        if (!frame->depths.is_anywhere)
+            return;
+    }
+    lighting_list_program(&without, facts, chunk, &smoke_nodes, is_conditional, list);
+}
+
 void shade_list_programs(const struct window_frame *frame, const struct shade_facts *facts,
                          enum light_parts parts, bool is_conditional, struct program_list *list)
 {
@@ -113,7 +129,7 @@ void shade_list_programs(const struct window_frame *frame, const struct shade_fa
         atmosphere_glow_list_programs(frame, facts, list);
     }
     if (smoke_is_lit(frame))
-        lighting_list_program(frame, facts, &chunk, &smoke_nodes, is_conditional, list);
+        list_smoke(frame, facts, &chunk, is_conditional, list);
     lighting_list_program(frame, facts, &chunk, &opaque_samples, is_conditional, list);
     if (apart_is_possible(frame))
         lighting_list_program(frame, facts, &chunk, &samples_apart, true, list);
@@ -220,7 +236,8 @@ static bool light_smoke(const struct shade_desc *desc, const struct surface_ligh
     if (!smoke_is_lit(desc->frame))
         return true;
     const struct surface_set set = smoke_set(desc->frame);
-    return smoke_begin(desc->frame, err) && lighter->light(lighter->context, &set, err);
+    return smoke_begin(desc->frame, desc->yield, err) &&
+           lighter->light(lighter->context, &set, err);
 }
 
 /* Lights transparent surfaces, then haze and grids, then opaque samples, whose program composites

@@ -84,25 +84,25 @@ static void fill_record(const struct smoke *smoke, const struct state_grid *grid
     r->color_anisotropy.v[3] = grid->anisotropy;
 }
 
-static bool upload_records(struct smoke *smoke, const struct scene_state *state,
-                           const struct camera *camera, struct error *err)
+bool smoke_upload_records(const struct smoke *smoke, const struct scene_state *state,
+                          const struct camera *camera, struct gl_buffer *records,
+                          struct gl_texture *view, struct error *err)
 {
-    struct grid_record *records = calloc(state->grid_count, sizeof *records);
-    uint64_t bytes = state->grid_count * sizeof *records;
-    if (!records)
+    struct grid_record *written = calloc(state->grid_count, sizeof *written);
+    uint64_t bytes = state->grid_count * sizeof *written;
+    if (!written)
         return error_set(err, ERROR_NO_MEMORY, "%zu density grids", state->grid_count);
     for (size_t i = 0; i < state->grid_count; i++)
-        fill_record(smoke, &state->grids[i], camera, &records[i]);
+        fill_record(smoke, &state->grids[i], camera, &written[i]);
     bool ok =
-        gl_buffer_reserve(&smoke->records,
+        gl_buffer_reserve(records,
                           &(struct gl_buffer_desc){
                               .label = "smoke.records", .size_bytes = bytes, .is_uploaded = true},
                           false, err) &&
-        gl_texture_follow_buffer(&smoke->record_view, "smoke.records", GL_RGBA32UI, &smoke->records,
-                                 err);
+        gl_texture_follow_buffer(view, "smoke.records", GL_RGBA32UI, records, err);
     if (ok)
-        gl_buffer_write(&smoke->records, 0, bytes, records);
-    free(records);
+        gl_buffer_write(records, 0, bytes, written);
+    free(written);
     return ok;
 }
 
@@ -117,7 +117,7 @@ bool smoke_prepare(struct smoke *smoke, struct content_key key, const struct sce
             return false;
         smoke->key = key;
     }
-    return upload_records(smoke, state, camera, err);
+    return smoke_upload_records(smoke, state, camera, &smoke->records, &smoke->record_view, err);
 }
 
 void smoke_finish(struct smoke *smoke)
@@ -128,13 +128,15 @@ void smoke_finish(struct smoke *smoke)
     gl_buffer_finish(&smoke->bricks);
     gl_buffer_finish(&smoke->values);
     gl_buffer_finish(&smoke->records);
+    smoke_depths_finish(&smoke->depths);
     free(smoke->first_brick);
     *smoke = (struct smoke){.first_brick = NULL};
 }
 
 uint64_t smoke_size_bytes(const struct smoke *smoke)
 {
-    return smoke->bricks.size_bytes + smoke->values.size_bytes + smoke->records.size_bytes;
+    return smoke->bricks.size_bytes + smoke->values.size_bytes + smoke->records.size_bytes +
+           smoke_depths_size_bytes(&smoke->depths);
 }
 
 /* ---- what programs need ---- */
@@ -223,10 +225,12 @@ static uint64_t count_nodes(const struct atmosphere_grid *grid)
     return atmosphere_columns(grid) * (uint64_t)grid->slices;
 }
 
-bool smoke_begin(const struct window_frame *frame, struct error *err)
+bool smoke_begin(const struct window_frame *frame, const struct yield_point *yield,
+                 struct error *err)
 {
     const struct atmosphere_grid grid = atmosphere_grid_of(frame->view, &frame->window);
-    return targets_prepare_smoke(frame->targets, count_nodes(&grid) * SMOKE_NODE_BYTES, err);
+    return targets_prepare_smoke(frame->targets, count_nodes(&grid) * SMOKE_NODE_BYTES, err) &&
+           (!smoke_depths_serve(frame) || smoke_depths_prepare(frame, yield, err));
 }
 
 static void bind_nodes(const struct window_frame *frame, const struct gl_program *program)
@@ -234,6 +238,15 @@ static void bind_nodes(const struct window_frame *frame, const struct gl_program
     gl_buffer_bind_storage(&frame->targets->smoke, BIND_SMOKE_LIGHT);
     gl_program_set_u2(program, "u_size_px", (uint32_t)frame->window.width,
                       (uint32_t)frame->window.height);
+    if (smoke_depths_serve(frame))
+        smoke_depths_bind(frame, program);
+}
+
+static void describe_nodes(const struct window_frame *frame, const struct surface_facts *facts,
+                           char text[SURFACE_DEFINES_BYTES])
+{
+    (void)facts;
+    smoke_depths_defines(frame, text);
 }
 
 const struct surface_kind smoke_nodes = {
@@ -241,6 +254,7 @@ const struct surface_kind smoke_nodes = {
     .program = "smoke_light.comp.glsl",
     .order = SURFACES_IN_ITEMS,
     .slice_kind = TIME_SLICE_LAYERS,
+    .describe = describe_nodes,
     .bind = bind_nodes,
 };
 

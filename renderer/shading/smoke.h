@@ -7,6 +7,7 @@
 #define VITRAIL_RENDERER_SHADING_SMOKE_H
 
 #include "renderer/base/content_key.h"
+#include "renderer/shading/smoke_depths.h"
 #include "renderer/window/surface_set.h"
 #include "renderer/window/window.h"
 
@@ -15,6 +16,7 @@ struct smoke {              /* zeroed = nothing is on the device */
     struct gl_buffer bricks, values, records;
     struct gl_texture brick_view, value_view, record_view;
     uint32_t *first_brick; /* owned; by grid of the scene */
+    struct smoke_depths depths;
 };
 
 /* Puts the grids of the state there as the camera sees them, and the values of its scene unless
@@ -22,6 +24,10 @@ struct smoke {              /* zeroed = nothing is on the device */
 MUST_CHECK bool smoke_prepare(struct smoke *smoke, struct content_key key,
                               const struct scene_state *state, const struct camera *camera,
                               struct error *err);
+/* Writes a grid_record of each grid of the state, as a camera there sees them. */
+MUST_CHECK bool smoke_upload_records(const struct smoke *smoke, const struct scene_state *state,
+                                     const struct camera *camera, struct gl_buffer *records,
+                                     struct gl_texture *view, struct error *err);
 void smoke_finish(struct smoke *smoke); /* accepts zeroed */
 uint64_t smoke_size_bytes(const struct smoke *smoke);
 
@@ -38,8 +44,10 @@ void smoke_bind_values(const struct window_frame *frame, const struct gl_program
 /* What lighting and compositing read of them; with grids. */
 void smoke_bind(const struct window_frame *frame, const struct gl_program *program);
 
-/* Makes room for the light where it is absent. */
-MUST_CHECK bool smoke_begin(const struct window_frame *frame, struct error *err);
+/* Makes room for the light where it is absent, and finds the depths that nodes look up. yield:
+ * NULL: never. */
+MUST_CHECK bool smoke_begin(const struct window_frame *frame, const struct yield_point *yield,
+                            struct error *err);
 /* The nodes, which are lit as surfaces are. */
 struct surface_set smoke_set(const struct window_frame *frame);
 extern const struct surface_kind smoke_nodes;

@@ -41,7 +41,11 @@ struct window_frame {
     int rounds, round; /* of samples, of the colour; of the one at hand the window has the shift */
     const struct environment_light *environment; /* where the view has a map; likewise */
     const struct environment_maps *environment_maps;
-    const struct smoke *smoke;         /* where the state has density grids */
+    struct smoke *smoke; /* where the state has density grids */
+    struct {
+        uint64_t most_bytes; /* that depths of grids may take (renderer/shading/smoke_depths.h) */
+        bool is_anywhere;    /* the camera may be anywhere: for lists of programs */
+    } depths;
     uint32_t list_room;                /* entries that lists_scatter.glsl may write */
     uint32_t object_rank;              /* of the object at hand, for sorted_scatter.frag.glsl */
     struct window_bounds layer_bounds; /* transparent surfaces are drawn nowhere else */

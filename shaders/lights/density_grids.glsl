@@ -4,7 +4,8 @@
 // a cell between eight centres: Gauss and Legendre's rule of two points sums it up exactly. Empty
 // bricks are crossed in one step.
 // Needs: GRID_COUNT; GRID_CUTS, how many clip planes the view has, where it has any.
-// Provides: struct grid_way, grid_meet, grid_cell_at, grid_mean, grid_sum, grids_let_through.
+// Provides: struct grid_way, grid_meet, grid_cell_at, grid_mean, grid_sum, grids_depth,
+// grids_let_through.
 layout(binding = UNIT_GRID_RECORDS) uniform usamplerBuffer u_grid_records; // struct grid_record
 layout(binding = UNIT_GRID_BRICKS) uniform usamplerBuffer u_grid_bricks;   // 1 + index; 0: empty
 // Two neighbours along x: those of a brick from each of its 8 x 9 x 9 voxels on.
@@ -143,8 +144,8 @@ float grid_sum(grid_way w, float most)
     return sum;
 }
 
-// What all grids let through of a way [m] of light from a point on.
-vec3 grids_let_through(vec3 p, vec3 way, float length_m)
+// The optical depth of all grids on a way [m] of light from a point on.
+vec3 grids_depth(vec3 p, vec3 way, float length_m)
 {
     vec3 depth = vec3(0.0);
     vec2 range = grid_kept(p, way, vec2(0.0, length_m), GRID_CUTS_OF_LIGHT);
@@ -152,5 +153,11 @@ vec3 grids_let_through(vec3 p, vec3 way, float length_m)
         vec4 sigma = grid_word(g, 4u);
         depth += sigma.rgb * grid_sum(grid_meet(g, p, way, range), sigma.w);
     }
-    return exp(-depth);
+    return depth;
+}
+
+// What they let through of it.
+vec3 grids_let_through(vec3 p, vec3 way, float length_m)
+{
+    return exp(-grids_depth(p, way, length_m));
 }

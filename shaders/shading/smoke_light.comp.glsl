@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The light at a node of a column that smoke there would send on towards the eye: of each listed
 // light what arrives, through its shadow and all grids, by the phase function.
-// Needs: those of lighting.glsl, IS_ORTHOGRAPHIC; LIGHT_LIST_CLUSTERED, GRID_COUNT.
+// Needs: those of lighting.glsl, IS_ORTHOGRAPHIC; LIGHT_LIST_CLUSTERED, GRID_COUNT;
+// SMOKE_DEPTH_CHANNELS where the way through the grids is kept.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
@@ -15,7 +16,11 @@ layout(std430, binding = BIND_LIGHTS) readonly buffer light_buffer { light_recor
 layout(std430, binding = BIND_SMOKE_LIGHT) buffer smoke_buffer { vec4 nodes[]; };
 #include "lights/light_list.glsl"
 #include "lights/light_arriving.glsl"
+#ifdef SMOKE_DEPTH_CHANNELS
+#include "shading/smoke_depths.glsl"
+#else
 #include "lights/light_through_grids.glsl"
+#endif
 #ifdef HAS_SHADOWS
 #include "shadows/shadow_query.glsl"
 layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
@@ -123,8 +128,13 @@ float mean_phase(float cosine)
     return sum / all;
 }
 
-vec3 sent_on(light_record r, vec3 p, vec3 way)
+#ifdef SMOKE_DEPTH_CHANNELS
+smoke_place node_place = smoke_place(0, 0, 0, vec3(0.0)); // of the node at hand
+#endif
+
+vec3 sent_on(uint index, vec3 p, vec3 way)
 {
+    light_record r = lights[index];
     vec3 l;
     vec3 arriving = light_arriving(r, p, l);
     if (max(arriving.r, max(arriving.g, arriving.b)) <= 0.0)
@@ -136,8 +146,13 @@ vec3 sent_on(light_record r, vec3 p, vec3 way)
         light_lookups++;
     }
 #endif
+#ifdef SMOKE_DEPTH_CHANNELS
+    if (r.dims_in_grids != 0u)
+        arriving *= smoke_place_lets_through(node_place, index);
+#else
     if (max(arriving.r, max(arriving.g, arriving.b)) > 0.0)
         arriving *= light_through_grids(r, p);
+#endif
     return arriving;
 }
 
@@ -159,13 +174,16 @@ void main()
         vec3 way = -view_direction(view_position(at, 1.0));
         uvec2 pixel = uvec2(clamp(ivec2(floor(at)), ivec2(0), ivec2(u_size_px) - 1));
         weigh_grids(p, near);
+#ifdef SMOKE_DEPTH_CHANNELS
+        node_place = smoke_place_of(p);
+#endif
         light_cursor cursor = light_list_first(pixel, view_z);
 #ifdef HAS_LIGHT_CHUNK
         light_list_chunk(cursor, u_light_chunk.x, u_light_chunk.y);
 #endif
         uint index;
         while (light_list_next(cursor, index))
-            sum += sent_on(lights[index], p, way);
+            sum += sent_on(index, p, way);
     }
     nodes[i] = vec4(IS_FIRST_PART ? sum : nodes[i].rgb + sum, 0.0);
 #ifdef HAS_SHADOWS

@@ -94,6 +94,7 @@
 #define BIND_ATMOSPHERE 11       /* while haze is lit: f32, three per slice of a column */
 #define BIND_ATMOSPHERE_REACH 10 /* likewise: f32 per column: farthest surface in it */
 #define BIND_SMOKE_LIGHT 11      /* while density grids are lit: vec4 per node of a column */
+#define BIND_SMOKE_DEPTHS 11     /* before: shaders/shading/smoke_depths.glsl */
 #define BIND_PEELED 12           /* transparency: u32 per pixel: peeled_state.glsl */
 #define BIND_PEELED_SUMS 15      /* vec4 per sample: peeled_sums.glsl; haze is not there */
 #define BIND_ATMOSPHERE_GLOW 12  /* likewise, and in the picture: atmosphere_glow_store.glsl */
@@ -160,6 +161,7 @@
 #define UNIT_GRID_BRICKS 1     /* usamplerBuffer R32UI: 1 + index of the values; 0: empty */
 #define UNIT_GRID_VALUES 2     /* samplerBuffer RG32F: GRID_BRICK_TEXELS per brick */
 #define UNIT_SMOKE_LIGHT 3     /* samplerBuffer RGBA32F: as BIND_SMOKE_LIGHT */
+#define UNIT_SMOKE_DEPTHS 3    /* before: samplerBuffer RG16F: as BIND_SMOKE_DEPTHS */
 #define UNIT_ATMOSPHERE_SUMS 4 /* samplerBuffer RGBA32F: as BIND_ATMOSPHERE_SUMS; likewise */
 #define UNIT_LIGHT_FRONT 22    /* linked light lists: sampler2D R32F, depth of front faces */
 

@@ -35,7 +35,9 @@ static bool count_work(const struct rig_scene *rig, const struct view *view,
               camera_resolve(&camera, view, &state, err) &&
               workload_measure(
                   workload,
-                  &(struct workload_desc){.view = view, .state = &state, .camera = &camera}, err);
+                  &(struct workload_desc){
+                      .view = view, .state = &state, .camera = &camera, .depths_bytes = UINT64_MAX},
+                  err);
     scene_state_finish(&state);
     return ok;
 }

@@ -83,7 +83,8 @@ ROOMS = {
         " renderer/forecast",
     "renderer/shading":
         "renderer/base renderer/image renderer/environment renderer/scene/atmosphere_grid.h"
-        " renderer/scene/grid_texels.h renderer/scene/haze_glow.h renderer/scene/smoke_nodes.h"
+        " renderer/scene/grid_texels.h renderer/scene/haze_glow.h renderer/scene/smoke_lattice.h"
+        " renderer/scene/smoke_nodes.h"
         " renderer/gl renderer/window renderer/lights renderer/transparency renderer/shadows",
     "renderer/cost":
         "renderer/base renderer/frame_report renderer/view.h renderer/scene renderer/lights"
