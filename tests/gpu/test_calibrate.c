@@ -46,7 +46,7 @@ static void auto_has_the_bits_of_what_it_takes(void **state)
         SHADOWS_RAYTRACED,
         SHADOWS_RAYTRACED,
         SHADOWS_RAYTRACED_SHADOWS, /* rays for the shadows alone */
-        SHADOWS_SILHOUETTE,        /* in a frame that would have to build maps */
+        SHADOWS_AREA,              /* in a frame that would have to build maps */
     };
     struct renderer *renderer = *state;
     struct closed_form_scene panes;
@@ -60,7 +60,7 @@ static void auto_has_the_bits_of_what_it_takes(void **state)
         struct error err = {0};
         bool is_traced = taken[i] == SHADOWS_RAYTRACED;
         bool asks_rays = taken[i] == SHADOWS_RAYTRACED_SHADOWS;
-        bool has_found_shadows = asks_rays || taken[i] == SHADOWS_SILHOUETTE; /* without maps */
+        bool has_found_shadows = asks_rays || taken[i] == SHADOWS_AREA; /* without maps */
         renderer_set_auto(renderer, &settings[i]);
         view.quality.shadows = SHADOWS_AUTO;
         shoot(renderer, &rig, &view, &frame);
