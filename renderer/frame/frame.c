@@ -202,7 +202,7 @@ static struct frame_plan_desc plan_desc_of(const struct frame_context *context,
         .camera = &opened->camera,
         .limits = gl_context_limits(renderer->gl),
         .shadow_budget_bytes = share_bytes ? share_bytes : 1, /* 0 would be any */
-        .depths_bytes = smoke_depths_most(gl_context_limits(renderer->gl), renderer->budget_bytes),
+        .depths_bytes = frame_budget_depths(renderer),
     };
 }
 
@@ -355,7 +355,7 @@ static struct frame_programs_desc programs_of(const struct frame_context *contex
         .limits = gl_context_limits(renderer->gl),
         .gpu = opened->scene->gpu,
         .loop_steps = context->shade.loop_steps,
-        .depths_bytes = smoke_depths_most(gl_context_limits(renderer->gl), renderer->budget_bytes),
+        .depths_bytes = frame_budget_depths(renderer),
         .shadow_ways = shadow_system_ways(renderer->shadows),
         .is_in_batches = light_batches_are_known(context, opened->scene->key, &opened->view,
                                                  opened->state, plan),

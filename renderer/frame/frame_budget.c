@@ -162,7 +162,7 @@ static uint64_t pixel_bytes_of(const struct frame_run *run)
                  (plan->requirements[PLAN_NEED_REFRACTION].is_met ? TARGETS_REFRACTION_PIXEL_BYTES
                                                                   : 0);
     bytes += atmosphere_pixel_bytes(run->view) + smoke_pixel_bytes(run->view, run->state);
-    if (plan->rounds > 1 || (plan->has_glow && run->view->screen.has_backdrop))
+    if (plan_accumulates(plan, run->view))
         bytes += targets_sum_pixel_bytes(run->view->screen.has_backdrop);
     if (plan->requirements[PLAN_NEED_COLOR].is_met)
         bytes += targets_parts_pixel_bytes(plan->target_samples) +
@@ -186,12 +186,16 @@ static uint64_t shadows_to_come(const struct frame_run *run)
                 shadow_system_size_bytes(renderer->shadows));
 }
 
+uint64_t frame_budget_depths(const struct renderer *renderer)
+{
+    return smoke_depths_most(gl_context_limits(renderer->gl), renderer->budget_bytes);
+}
+
 /* Likewise kept depths of density grids. */
 static uint64_t depths_to_come(const struct frame_run *run)
 {
     const struct frame_context *context = run->context;
-    const struct renderer *renderer = context->renderer;
-    uint64_t most = smoke_depths_most(gl_context_limits(renderer->gl), renderer->budget_bytes);
+    uint64_t most = frame_budget_depths(context->renderer);
     return frame_run_needs(run, PLAN_NEED_SMOKE) &&
                    !shadow_quality_holds_grids(&run->view->quality) &&
                    smoke_lattice_serves(run->view, run->state, run->camera, most)

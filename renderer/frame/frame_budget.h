@@ -15,6 +15,9 @@ void frame_budget_share(struct frame_context *context, const struct resident_sce
 /* Applies that share, now or again after urgent frames: structures beyond it are evicted. */
 void frame_budget_resume(struct frame_context *context);
 
+/* What kept depths of density grids may take (smoke_depths_most) [bytes]. Thread: any. */
+uint64_t frame_budget_depths(const struct renderer *renderer);
+
 /* The callback of struct shadow_system_desc. */
 void frame_budget_reserve(void *renderer, uint64_t bytes);
 

@@ -7,6 +7,7 @@
 #include "renderer/frame/frame_in_flight.h"
 #include "renderer/frame/frame_shadows.h"
 #include "renderer/frame/frame_yield.h"
+#include "renderer/frame/frame_budget.h"
 #include "renderer/frame/light_batches.h"
 #include "renderer/base/sample_pattern.h"
 #include "renderer/shading/accumulation.h"
@@ -356,8 +357,7 @@ struct window_frame window_frame_of(const struct frame_run *run,
         .environment_maps = run->environment_maps,
         .smoke = &context->smoke,
         .has_glow = run->frame_plan->plan.has_glow,
-        .depths.most_bytes =
-            smoke_depths_most(gl_context_limits(renderer->gl), renderer->budget_bytes),
+        .depths.most_bytes = frame_budget_depths(renderer),
         .rounds = run->frame_plan->plan.rounds,
     };
 }

@@ -61,6 +61,11 @@ bool plan_has_step(const struct plan *plan, enum plan_step step)
     return false;
 }
 
+bool plan_accumulates(const struct plan *plan, const struct view *view)
+{
+    return plan->rounds > 1 || (plan->has_glow && view->screen.has_backdrop);
+}
+
 bool plan_begins_step(const struct plan *plan, int pass)
 {
     return pass == 0 || plan->passes[pass].step != plan->passes[pass - 1].step;
@@ -536,9 +541,8 @@ static uint64_t targets_bytes(const struct plan *plan, const struct view *view,
 {
     uint64_t pixels = (uint64_t)view->width_px * (uint64_t)view->height_px;
     uint64_t refraction = needs(plan, PLAN_NEED_REFRACTION) ? TARGETS_REFRACTION_PIXEL_BYTES : 0;
-    uint64_t sums = plan->rounds > 1 || (plan->has_glow && view->screen.has_backdrop)
-                        ? targets_sum_pixel_bytes(view->screen.has_backdrop)
-                        : 0;
+    uint64_t sums =
+        plan_accumulates(plan, view) ? targets_sum_pixel_bytes(view->screen.has_backdrop) : 0;
     uint64_t haze = needs(plan, PLAN_NEED_ATMOSPHERE) ? atmosphere_pixel_bytes(view) : 0;
     uint64_t smoke = needs(plan, PLAN_NEED_SMOKE) ? smoke_pixel_bytes(view, state) : 0;
     return pixels * (targets_pixel_bytes(plan->target_samples, plan->lobes) + refraction + sums +
@@ -662,7 +666,7 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
                  i ? "refraction" : "refraction.blur", "screen-space", 0);
     if (plan->rounds > 1)
         add_pass(plan, PLAN_NEED_ANTIALIASING, PLAN_STEP_ACCUMULATE, "accumulate", "", 0);
-    else if (plan->has_glow && desc->view->screen.has_backdrop) /* it is added before */
+    else if (plan_accumulates(plan, desc->view)) /* the glow is added before */
         add_pass(plan, PLAN_NEED_ATMOSPHERE, PLAN_STEP_ACCUMULATE, "accumulate", "", 0);
     add_pass(plan, PLAN_NEED_DEEP, PLAN_STEP_DEEP, "deep-image", "", 0);
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_READ, "readback", "", 0);

@@ -110,6 +110,9 @@ struct plan {
 
 const char *plan_need_name(int need); /* "color", "layers", ...; NULL past the last */
 bool plan_has_step(const struct plan *plan, enum plan_step step);
+/* Whether the colour is shown by a pass of its own, behind rounds or what is added to a picture
+ * over a backdrop (renderer/shading/accumulation.h). */
+bool plan_accumulates(const struct plan *plan, const struct view *view);
 /* Passes of one step are neighbours: the step begins where the one before it was another. */
 bool plan_begins_step(const struct plan *plan, int pass);
 size_t plan_shadowed_lights(const struct plan *plan); /* of all techniques */
