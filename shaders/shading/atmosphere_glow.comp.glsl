@@ -17,26 +17,10 @@ layout(std430, binding = BIND_ATMOSPHERE_REACH) readonly buffer reach_buffer { f
 #include "shading/atmosphere_glow_store.glsl"
 #include "lights/light_list.glsl"
 #include "lights/light_arriving.glsl"
-#ifdef HAS_SHADOWS
-#include "shadows/shadow_query.glsl"
-layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
-#define STATISTICS_LOOKUPS 64u // as in lighting.glsl
-uniform float u_taps;
-#endif
-uniform uint u_first; // slice of a column, or behind all of them pixel, of the dispatch
-uniform uint u_end;
-uniform uvec2 u_size_px;
+#include "shading/lit_points.glsl"
+// Its points: slices of columns, and behind all of them pixels.
 uniform float u_atmosphere_offset; // as in atmosphere_light.comp.glsl
 uniform vec4 u_glow_grid;          // of the window: first column, columns
-#ifdef HAS_LIGHT_PARTS
-uniform uvec2 u_light_part; // likewise
-#define IS_FIRST_PART (u_light_part.x != 0u)
-#else
-#define IS_FIRST_PART true
-#endif
-#ifdef HAS_LIGHT_CHUNK
-uniform uvec2 u_light_chunk;
-#endif
 #define HAS_WAYS
 #include "shading/atmosphere_scatter.glsl"
 

@@ -18,25 +18,9 @@ layout(std430, binding = BIND_ATMOSPHERE_REACH) readonly buffer reach_buffer { f
 #include "lights/density_grids.glsl"
 #include "lights/light_through_grids.glsl"
 #endif
-#ifdef HAS_SHADOWS
-#include "shadows/shadow_query.glsl"
-layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
-#define STATISTICS_LOOKUPS 64u // as in lighting.glsl
-uniform float u_taps;
-#endif
-uniform uint u_first; // slice of a column, of the dispatch
-uniform uint u_end;
-uniform uvec2 u_size_px;
+#include "shading/lit_points.glsl"
+// Its points: slices of columns.
 uniform float u_atmosphere_offset; // of the points of this round in their quarters, (0, 1)
-#ifdef HAS_LIGHT_PARTS
-uniform uvec2 u_light_part; // not 0: it is the first; it is the last
-#define IS_FIRST_PART (u_light_part.x != 0u)
-#else
-#define IS_FIRST_PART true
-#endif
-#ifdef HAS_LIGHT_CHUNK
-uniform uvec2 u_light_chunk;
-#endif
 
 #include "shading/atmosphere_scatter.glsl"
 

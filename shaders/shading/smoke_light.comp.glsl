@@ -21,24 +21,8 @@ layout(std430, binding = BIND_SMOKE_LIGHT) buffer smoke_buffer { vec4 nodes[]; }
 #else
 #include "lights/light_through_grids.glsl"
 #endif
-#ifdef HAS_SHADOWS
-#include "shadows/shadow_query.glsl"
-layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
-#define STATISTICS_LOOKUPS 64u // as in lighting.glsl
-uniform float u_taps;
-#endif
-uniform uint u_first; // node of a column, of the dispatch
-uniform uint u_end;
-uniform uvec2 u_size_px;
-#ifdef HAS_LIGHT_PARTS
-uniform uvec2 u_light_part; // not 0: it is the first; it is the last
-#define IS_FIRST_PART (u_light_part.x != 0u)
-#else
-#define IS_FIRST_PART true
-#endif
-#ifdef HAS_LIGHT_CHUNK
-uniform uvec2 u_light_chunk;
-#endif
+#include "shading/lit_points.glsl"
+// Its points: nodes of columns.
 
 const float PI = 3.14159265358979;
 const int BRICKS_LOOKED_AT = 64; // a node that meets more counts as one in smoke
