@@ -69,6 +69,16 @@ static void link_all(struct warm_scene *scene, const struct view *view)
     program_list_finish(&list);
 }
 
+/* And the file is among them. */
+static void link_all_with(struct warm_scene *scene, const struct view *view, const char *file)
+{
+    scene->file = file;
+    scene->has_file = false;
+    link_all(scene, view);
+    if (!scene->has_file)
+        fail_msg("%s is not listed", file);
+}
+
 static void link_techniques(struct warm_scene *scene, const struct view *view)
 {
     enum shadow_technique techniques[SHADOWS_COUNT];
@@ -140,11 +150,7 @@ static void programs_that_sort_long_lists_link_before_any_list_is_counted(void *
     open_demo(&scene);
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         const struct view view = view_by(SHADOWS_DEEP);
-        scene.file = files[i];
-        scene.has_file = false;
-        link_all(&scene, &view);
-        if (!scene.has_file)
-            fail_msg("%s is not listed", files[i]);
+        link_all_with(&scene, &view, files[i]);
     }
     close_scene(&scene);
 }
@@ -267,12 +273,10 @@ static void programs_of_every_form_of_silhouettes_link(void **state)
     for (int form = 0; form < VIEW_SILHOUETTE_FORMS; form++) {
         bool is_drawn = form != VIEW_SILHOUETTE_COMPUTE;
         view.quality.silhouette_form = (enum view_silhouette_form)form;
-        scene.file = form == VIEW_SILHOUETTE_STENCIL ? "volume_tally.comp.glsl"
-                     : is_drawn                      ? "volume_counted.frag.glsl"
-                                                     : "volume_cover.comp.glsl";
-        scene.has_file = false;
-        link_all(&scene, &view);
-        assert_true(scene.has_file);
+        link_all_with(&scene, &view,
+                      form == VIEW_SILHOUETTE_STENCIL ? "volume_tally.comp.glsl"
+                      : is_drawn                      ? "volume_counted.frag.glsl"
+                                                      : "volume_cover.comp.glsl");
     }
     close_scene(&scene);
 }
@@ -291,10 +295,7 @@ static void programs_of_every_form_of_volumes_link(void **state)
         view.camera.ortho_height = i % 2 ? 4 : 0;
         view.quality.faithful = i >= 2;
         view.quality.volume_map = i >= 4 ? VIEW_VOLUME_FACTORS : VIEW_VOLUME_LOGARITHMS;
-        scene.file = i >= 2 ? "volume_drawn.frag.glsl" : "volume_cover.comp.glsl";
-        scene.has_file = false;
-        link_all(&scene, &view);
-        assert_true(scene.has_file);
+        link_all_with(&scene, &view, i >= 2 ? "volume_drawn.frag.glsl" : "volume_cover.comp.glsl");
     }
     close_scene(&scene);
 }
@@ -318,13 +319,10 @@ static void programs_of_area_shadows_link(void **state)
     view.lights = &panel;
     view.light_count = 1;
     view.clip_planes = plane;
-    scene.file = "area_find.comp.glsl";
     for (int i = 0; i < 4; i++) {
         view.clip_plane_count = i % 2;
         view.quality.area_samples = i >= 2 ? 16 : 4;
-        scene.has_file = false;
-        link_all(&scene, &view);
-        assert_true(scene.has_file);
+        link_all_with(&scene, &view, "area_find.comp.glsl");
     }
     close_scene(&scene);
 }
@@ -382,11 +380,7 @@ static void programs_of_haze_link(void **state)
         struct view view = view_by(i % 2 ? SHADOWS_DEEP : SHADOWS_MAP);
         view.atmosphere = (struct view_atmosphere){.density_per_m = 0.05, .color = {1, 1, 1}};
         view.quality.samples = i < 2 ? 1 : 4;
-        scene.file = files[i];
-        scene.has_file = false;
-        link_all(&scene, &view);
-        if (!scene.has_file)
-            fail_msg("%s is not listed", files[i]);
+        link_all_with(&scene, &view, files[i]);
     }
     close_scene(&scene);
 }
